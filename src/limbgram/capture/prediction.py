@@ -41,7 +41,7 @@ from limbgram.reconstruction.measuring.measurement_pass import (
     STEEP_INCIDENCE_DEG,
 )
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
-from limbgram.reconstruction.measuring.visibility import best_views, incidences
+from limbgram.reconstruction.measuring.visibility import best_views, incidence_cosine_blocks
 from limbgram.reconstruction.pipeline import DEFAULTS as PIPELINE
 from limbgram.reconstruction.user_settings import MOST_TRIANGLES
 
@@ -114,7 +114,9 @@ class Showing:
 
 def incidence_cosines(skin: CoarseSkin, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
     """Cosine between normal and ray, by place and view; 0 where the place is not shown."""
-    return np.concatenate(list(incidences(skin.mesh, views, GRAZING_DEG))).astype(float)
+    return np.concatenate(list(incidence_cosine_blocks(skin.mesh, views, GRAZING_DEG))).astype(
+        float
+    )
 
 
 def narrowest_deg(

@@ -31,8 +31,8 @@ from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 from limbgram.reconstruction.surface.parts import tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.reconstruction.surface.repair import repair
-from limbgram.reconstruction.surface.resampling import refine
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.truth import Truth, stage_truth
 from limbgram.workbench.carving.setup import CarveOptions

@@ -29,7 +29,7 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.findings import Finding, note
-from limbgram.reconstruction.surface.cleaning import drop_flat_and_double, make_manifold
+from limbgram.reconstruction.surface.cleaning import drop_degenerate_and_duplicate, make_manifold
 from limbgram.workbench.carving.radius_map import Grid
 from limbgram.workbench.limb import Landmark, LimbFrame
 
@@ -117,7 +117,7 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
             triangles that share no corners.
     """
     _check(mesh, name)
-    faces = drop_flat_and_double(mesh.vertices_mm, mesh.faces)
+    faces = drop_degenerate_and_duplicate(mesh.vertices_mm, mesh.faces)
     if not len(faces):
         raise ShapeFileError("file.no_area", name=name)
     _require_joined(faces, name)

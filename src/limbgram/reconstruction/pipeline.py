@@ -88,8 +88,8 @@ from limbgram.reconstruction.scale.taped_girths import TapeWitnesses, hold_tapes
 from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
 from limbgram.reconstruction.surface.poisson import poisson
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.reconstruction.surface.repair import repair
-from limbgram.reconstruction.surface.resampling import refine
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY, Board, BoardDetections
 from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.reconstruction.targets.marks import MarkOptions, find_marks

@@ -29,7 +29,7 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.findings import Finding, note
-from limbgram.reconstruction.surface.cleaning import drop_flat_and_double
+from limbgram.reconstruction.surface.cleaning import drop_degenerate_and_duplicate
 from limbgram.reconstruction.surface.holes import triangulate
 
 TINY_SHARE = 3e-4
@@ -188,7 +188,7 @@ def _with_hole_closed(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> Faces | None
         return None
     closed = np.concatenate([faces, *sound]).astype(np.int32)
     fits = is_edge_manifold(closed) and is_vertex_manifold(closed)
-    flat = len(drop_flat_and_double(mesh.vertices_mm, closed)) < len(closed)
+    flat = len(drop_degenerate_and_duplicate(mesh.vertices_mm, closed)) < len(closed)
     return closed if fits and not flat else None
 
 

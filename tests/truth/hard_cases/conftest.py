@@ -18,7 +18,7 @@ from limbgram.reconstruction.measuring.measurement import MeasureOptions, measur
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 from limbgram.reconstruction.surface.brim import BrimOptions
-from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.synthetic.photographer import Lens, camera_of
 from limbgram.synthetic.props.limb import Limb, LimbKind, make_limb
 from limbgram.synthetic.props.paint import Paint, Painting, bake

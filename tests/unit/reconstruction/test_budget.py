@@ -22,7 +22,7 @@ from limbgram.reconstruction.photos.decoding import decoding_mb, load_colour, lo
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
-from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.surface.remeshing import refine
 
 WIDTH_PX, HEIGHT_PX, FOCAL_PX, AWAY_MM = 4000, 3000, 4000.0, 1000.0
 PIXEL_MM = AWAY_MM / FOCAL_PX

@@ -22,9 +22,10 @@ from limbgram.core.kernels import njit
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed, unit
 from limbgram.core.mesh.topology import (
-    boundary_half_edges,
+    boundary_vertices,
     broken_half_edges,
     corner_fans,
+    dilated,
     find_edges,
     is_edge_manifold,
     unmeasured_at,
@@ -193,7 +194,7 @@ def unfolded(mesh: Mesh, options: FoldOptions = MEASURED) -> Unfolded:
     for rings in range(options.rounds):
         if not len(folds):
             break
-        back |= _widened(folds.vertices(mesh), mesh.faces, rings)
+        back |= dilated(folds.vertices(mesh), mesh.faces, rings)
         ears = _ears(mesh.faces, back)
         while ears.any():
             used = np.bincount(mesh.faces[~ears].ravel(), minlength=len(mesh)) > 0
@@ -229,7 +230,9 @@ def _turned(mesh: Mesh) -> Int64[np.ndarray, " t"]:
 
 def _thorns(mesh: Mesh, foot_cosine: float) -> Int64[np.ndarray, " p"]:
     """Points inside the surface round whose foot it looks as they do."""
-    points = np.flatnonzero(find_points(mesh.vertices_mm, mesh.faces) & ~_on_rim(mesh))
+    points = np.flatnonzero(
+        find_points(mesh.vertices_mm, mesh.faces) & ~boundary_vertices(mesh.faces, len(mesh))
+    )
     if not len(points):
         return points
     corners = (mesh.faces.ravel(), np.repeat(np.arange(len(mesh.faces)), 3))
@@ -246,18 +249,6 @@ def _thorns(mesh: Mesh, foot_cosine: float) -> Int64[np.ndarray, " p"]:
     return points[mean >= foot_cosine]
 
 
-def _on_rim(mesh: Mesh) -> Bool[np.ndarray, " n"]:
-    on_rim = np.zeros(len(mesh), np.bool_)
-    on_rim[boundary_half_edges(mesh.faces).ravel()] = True
-    return on_rim
-
-
-def _widened(chosen: Bool[np.ndarray, " n"], faces: Faces, rings: int) -> Bool[np.ndarray, " n"]:
-    for _ in range(rings):
-        chosen[faces[with_any(chosen, faces)]] = True
-    return chosen
-
-
 def _ears(faces: Faces, chosen: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " f"]:
     """Faces with a chosen corner that hang on by one edge or less."""
     edges = find_edges(faces)
@@ -270,7 +261,7 @@ def _relaxed(mesh: Mesh, back: Bool[np.ndarray, " n"]) -> Points3:
     edges = find_edges(mesh.faces)
     beside = back[edges.ends].any(1)
     ends, at_rim = edges.ends[beside], edges.uses[beside] == 1
-    on_rim = _on_rim(mesh)
+    on_rim = boundary_vertices(mesh.faces, len(mesh))
     tails, heads = np.concatenate([ends, ends[:, ::-1]]).T
     weight = np.where(np.tile(at_rim, 2) & on_rim[tails], _ALONG_RIM, 1.0)
     size = (len(mesh), len(mesh))

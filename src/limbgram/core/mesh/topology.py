@@ -239,6 +239,21 @@ def boundary_half_edges(faces: Faces) -> Int32[np.ndarray, "b 2"]:
     return np.column_stack([faces[face, corner], faces[face, (corner + 1) % 3]])
 
 
+def boundary_vertices(faces: Faces, count: int) -> Bool[np.ndarray, " n"]:
+    """Which of `count` vertices lie on a boundary."""
+    at_boundary = np.zeros(count, np.bool_)
+    at_boundary[boundary_half_edges(faces).ravel()] = True
+    return at_boundary
+
+
+def dilated(chosen: Bool[np.ndarray, " n"], faces: Faces, rings: int) -> Bool[np.ndarray, " n"]:
+    """The chosen vertices and some rings of neighbours round them."""
+    near = chosen.copy()
+    for _ in range(rings):
+        near[faces[with_any(near, faces)]] = True
+    return near
+
+
 def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
     """Vertices round every opening, along the faces' own half-edges.
 

@@ -1,13 +1,13 @@
-"""Edge overshoot (lips): surface that stands out past sharp edges unmeasured is laid back.
+"""Edge overshoot: pulls back lips, poorly measured surface that stands out past sharp edges.
 
 In      the measured mesh with its sigmas.
-Out     the mesh with such vertices laid back on the surface that was measured round them, marked
-        `filled` and without a sigma; the same mesh where there are none.
-Method  At the sharp edge of a cut depth maps reach past the edge, and a closed surface follows
-        them. A vertex stands out if it is poorly measured and a quarter of the well measured
-        surface round it has it well outside its tangent planes; it goes back along their mean
-        normal. A group of such vertices is a lip if the surface folds outwards in it, more sharply
-        than its triangles can show; a bulge that was measured roughly is left as it is.
+Out     the mesh with the vertices of lips on the tangent planes of the surface measured round them,
+        marked `filled` and without a sigma; the same mesh where there are none.
+Method  At the sharp edge of a cut, depth maps reach past the edge, and a closed surface follows
+        them. A vertex stands out if it is poorly measured and lies well outside the tangent planes
+        at a quarter of the well measured vertices round it; it moves back along their mean normal.
+        A connected group of such vertices is a lip if the surface folds outwards in it, more
+        sharply than its triangles can resolve; a bulge that was measured roughly stays.
 Fails   never.
 """
 
@@ -21,48 +21,49 @@ from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.topology import find_edges
+from limbgram.core.mesh.topology import edge_lengths, find_edges
 
-_WELL = 2.5
-"""A vertex is well measured up to this many times the middle sigma of the surface."""
-_REACH = 8.0
-"""Edges within which the surface round a vertex is asked."""
-_FEWEST = 12
-"""Well measured vertices within that reach, or the vertex stays."""
-_QUORUM = 0.25
-"""Share of them that must have the vertex outside: a cut has about two fifths of what lies round
-its edge; of a hollow, whose tangent planes cut off what lies beside it, few are so far off."""
-_OUTSIDE = 0.25
-"""Edges beyond a tangent plane that count as outside it."""
-_FARTHEST = 3.0
-"""Edges that a vertex is laid back at most; a group that stands out further is no lip."""
+_WELL_MEASURED_RATIO = 2.5
+"""A vertex is well measured up to this many times the median sigma of the surface."""
+_SEARCH_RADIUS_EDGES = 8.0
+"""Radius of a vertex's neighbourhood, in edges."""
+_MIN_NEIGHBOURS = 12
+"""Well measured vertices in that neighbourhood; with fewer, the vertex stays."""
+_MIN_OUTSIDE_SHARE = 0.25
+"""Share of them outside whose tangent planes the vertex must lie: at the edge of a cut about two
+fifths of the neighbours belong to the cut; few tangent planes of a hollow are so far away."""
+_OUTSIDE_EDGES = 0.25
+"""Distance, in edges, from a tangent plane from which a vertex counts as outside it."""
+_MAX_MOVE_EDGES = 3.0
+"""Largest move in edges; a group that stands out further is no lip."""
 _ROUNDS = 4
 _FOLD_DEG = 60.0
-"""Angle between neighbouring faces from which the surface is folded. In a foot of 66,000 vertices
-3 belong to a group with such a fold outwards, in a shank none, round a cast's cut 69."""
-_EVEN_ROUNDS = 10
-"""Of moving what was laid back along the surface, so that its triangles become even."""
+"""Angle between adjacent faces from which the surface is folded. On a foot of 66,000 vertices 3
+belong to a group with such an outward fold, on a shank none, round a cast's cut 69."""
+_SMOOTHING_ROUNDS = 10
+"""Rounds of tangential smoothing of the moved vertices."""
 
 
 def without_overshoot(mesh: Mesh) -> Mesh:
-    """The mesh with its lips laid back, marked as filled in."""
+    """The mesh with its lips pulled back and marked as filled."""
     if mesh.sigma_mm is None or not np.isfinite(mesh.sigma_mm).any():
         return mesh
     sigma_mm = mesh.sigma_mm.astype(np.float64)
-    well = np.nan_to_num(sigma_mm, nan=np.inf) <= _WELL * float(np.nanmedian(sigma_mm))
-    start, end = find_edges(mesh.faces).ends.T
-    edge_mm = float(
-        np.median(np.linalg.norm(mesh.vertices_mm[start] - mesh.vertices_mm[end], axis=1))
+    well_measured = np.nan_to_num(sigma_mm, nan=np.inf) <= _WELL_MEASURED_RATIO * float(
+        np.nanmedian(sigma_mm)
     )
-    laid, normals = _laid_back(mesh, well, edge_mm)
-    off_mm = np.linalg.norm(laid - mesh.vertices_mm, axis=1)
-    near = sparse.csr_array((np.ones(len(start)), (start, end)), (len(mesh), len(mesh)))
-    near = sparse.csr_array(near + near.T)
-    lips = _lips(near, off_mm, _folded(mesh), _FARTHEST * edge_mm)
+    ends = find_edges(mesh.faces).ends
+    start, end = ends.T
+    edge_mm = float(np.median(edge_lengths(mesh.vertices_mm, ends)))
+    pulled, normals = _pulled_inside(mesh, well_measured, edge_mm)
+    off_mm = np.linalg.norm(pulled - mesh.vertices_mm, axis=1)
+    adjacency = sparse.csr_array((np.ones(len(start)), (start, end)), (len(mesh), len(mesh)))
+    adjacency = sparse.csr_array(adjacency + adjacency.T)
+    lips = _lips(adjacency, off_mm, _at_outward_folds(mesh), _MAX_MOVE_EDGES * edge_mm)
     if not lips.any():
         return mesh
-    vertices = np.where(lips[:, None], laid, mesh.vertices_mm)
-    vertices = _evened(vertices, near, np.flatnonzero(lips), normals)
+    vertices = np.where(lips[:, None], pulled, mesh.vertices_mm)
+    vertices = _smoothed_tangentially(vertices, adjacency, np.flatnonzero(lips), normals)
     filled = lips if mesh.filled is None else mesh.filled | lips
     return replace(
         mesh.with_vertices(vertices),
@@ -71,79 +72,81 @@ def without_overshoot(mesh: Mesh) -> Mesh:
     )
 
 
-def _laid_back(
-    mesh: Mesh, well: Bool[np.ndarray, " n"], edge_mm: float
+def _pulled_inside(
+    mesh: Mesh, well_measured: Bool[np.ndarray, " n"], edge_mm: float
 ) -> tuple[Points3, Float64[np.ndarray, "n 3"]]:
-    """Every vertex inside the tangent planes round it, and the normals it was moved along."""
+    """Vertices moved inside the tangent planes round them, and the normals they moved along."""
     vertices = mesh.vertices_mm.copy()
     normals = mesh.vertex_normals()
-    along = normals.copy()
-    places, upright = vertices[well], normals[well]
+    directions = normals.copy()
+    places, place_normals = vertices[well_measured], normals[well_measured]
     if not len(places):
-        return vertices, along
+        return vertices, directions
     tree = KDTree(places)
-    left = np.flatnonzero(~well)
+    remaining = np.flatnonzero(~well_measured)
     for _ in range(_ROUNDS):
-        still_out: list[int] = []
-        for vertex in left.tolist():
-            round_it = tree.query_ball_point(vertices[vertex], _REACH * edge_mm, return_sorted=True)
-            if len(round_it) < _FEWEST:
+        still_outside: list[int] = []
+        for vertex in remaining.tolist():
+            neighbours = tree.query_ball_point(
+                vertices[vertex], _SEARCH_RADIUS_EDGES * edge_mm, return_sorted=True
+            )
+            if len(neighbours) < _MIN_NEIGHBOURS:
                 continue
-            off_mm = ((vertices[vertex] - places[round_it]) * upright[round_it]).sum(1)
-            outside = off_mm > _OUTSIDE * edge_mm
-            if outside.mean() < _QUORUM:
+            off_mm = ((vertices[vertex] - places[neighbours]) * place_normals[neighbours]).sum(1)
+            outside = off_mm > _OUTSIDE_EDGES * edge_mm
+            if outside.mean() < _MIN_OUTSIDE_SHARE:
                 continue
-            along[vertex] = unit(upright[round_it][outside].mean(0)[None])[0]
-            vertices[vertex] -= float(np.median(off_mm[outside])) * along[vertex]
-            still_out.append(vertex)
-        left = np.array(still_out, np.int64)
-    return vertices, along
+            directions[vertex] = unit(place_normals[neighbours][outside].mean(0)[None])[0]
+            vertices[vertex] -= float(np.median(off_mm[outside])) * directions[vertex]
+            still_outside.append(vertex)
+        remaining = np.array(still_outside, np.int64)
+    return vertices, directions
 
 
 def _lips(
-    near: sparse.csr_array,
+    adjacency: sparse.csr_array,
     off_mm: Float64[np.ndarray, " n"],
     folded: Bool[np.ndarray, " n"],
-    farthest_mm: float,
+    max_move_mm: float,
 ) -> Bool[np.ndarray, " n"]:
-    """The groups of moved vertices that hold a fold and moved a little way only."""
+    """Vertices of the moved groups that contain a fold and did not move far."""
     moved = np.flatnonzero(off_mm > 0)
     lips = np.zeros(len(off_mm), np.bool_)
     if not len(moved):
         return lips
-    label = csgraph.connected_components(near[moved][:, moved], directed=False)[1]
+    label = csgraph.connected_components(adjacency[moved][:, moved], directed=False)[1]
     count = int(label.max()) + 1
     folds = np.bincount(label, folded[moved], count) > 0
-    too_far = np.bincount(label, off_mm[moved] > farthest_mm, count) > 0
+    too_far = np.bincount(label, off_mm[moved] > max_move_mm, count) > 0
     lips[moved] = (folds & ~too_far)[label]
     return lips
 
 
-def _folded(mesh: Mesh) -> Bool[np.ndarray, " n"]:
-    """Vertices at an edge over which the surface folds outwards."""
+def _at_outward_folds(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+    """Vertices of edges at which the surface folds outwards."""
     edges = find_edges(mesh.faces)
     inner = edges.uses == 2
     ends, (one, other) = edges.ends[inner], edges.faces()[inner].T
     normals = unit(mesh.face_normals())
     middles = mesh.vertices_mm[mesh.faces].mean(1)
-    turned = (normals[one] * normals[other]).sum(1) < np.cos(np.radians(_FOLD_DEG))
+    sharp = (normals[one] * normals[other]).sum(1) < np.cos(np.radians(_FOLD_DEG))
     outwards = ((middles[other] - middles[one]) * normals[one]).sum(1) < 0
     folded = np.zeros(len(mesh), np.bool_)
-    folded[ends[turned & outwards]] = True
+    folded[ends[sharp & outwards]] = True
     return folded
 
 
-def _evened(
+def _smoothed_tangentially(
     vertices: Points3,
-    near: sparse.csr_array,
+    adjacency: sparse.csr_array,
     moved: Int64[np.ndarray, " k"],
     normals: Float64[np.ndarray, "n 3"],
 ) -> Points3:
-    """The moved vertices shifted to the middle of their neighbours, along the surface alone."""
+    """Vertices with the moved ones smoothed tangentially towards the mean of their 1-rings."""
     vertices = vertices.copy()
-    mean = near[moved]
+    mean = adjacency[moved]
     counts = np.asarray(mean.sum(1)).ravel()
-    for _ in range(_EVEN_ROUNDS):
+    for _ in range(_SMOOTHING_ROUNDS):
         shift = (mean @ vertices) / counts[:, None] - vertices[moved]
         shift -= (shift * normals[moved]).sum(1, keepdims=True) * normals[moved]
         vertices[moved] += 0.5 * shift

@@ -1,20 +1,20 @@
-"""Imagery: the photos for the measuring kernels: spline coefficients of crops round the limb.
+"""Imagery: B-spline coefficients of the photos' crops round the limb, for the measuring kernels.
 
 Crops of all photos lie one after another in one flat array of cubic B-spline coefficients
 (Unser 1999), so that a kernel takes two arrays whatever the number and sizes of the crops. They are
-most of what the measurement holds in memory: `imagery_mb` says beforehand how much.
+most of the measurement's memory: `imagery_mb` predicts how much.
 
-Blur moves where matching finds a round surface. A pixel mixes what lies round it. On a convex
-surface seen at a slant it reaches further towards the contour than away from it: to second order
-(Taylor's expansion of the surface under a pixel) the mean of what it mixes lies as if the surface
-were displaced along its normal by
+Blur displaces curved surfaces in matching. A pixel averages its surroundings. On a convex surface
+seen at a slant it reaches further towards the contour than away from it: to second order (Taylor
+expansion of the surface under a pixel) its mean lies as if the surface were displaced along its
+normal by
 
     1/2 (blur pixel)^2 (H + q(r, r) / cos^2)
 
-H being the sum of the principal curvatures, r the ray's part along the surface, q the curvature
-along it and cos the cosine of incidence: photos from both sides meet below a convex surface and
-above a hollow. Least squares follow edges too, which blur leaves in place; simulated paint takes
-a share of the displacement.
+H being the sum of the principal curvatures, r the tangential part of the ray, q the curvature along
+it and cos the cosine of incidence: rays from both sides meet below a convex surface and above a
+hollow. Least-squares matching also follows edges, which blur leaves in place; with simulated paint
+it shows a share of the displacement.
 """
 
 from collections.abc import Sequence
@@ -32,15 +32,15 @@ from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo
 
 _BLUR_PX = 0.45
-"""Standard deviation of a pixel's reach: its own square (0.29) and a third of a pixel of lens and
-demosaicing; between sharp photos, which need less, and soft ones, which need more."""
-_SHARE = 0.5
-"""What matching takes of it. On a painted ball of 40 mm with pixels of 0.4 mm, what was left
-without lift was 0.000, -0.002 and -0.012 mm at reaches of 0.29, 0.58 and 1.04 px: shares of 0, 0.3
-and 0.55. Simulated dabs in two photos: 0.4 to 0.6."""
-_LEAST_COSINE = 0.2
-_MOST_PX = 0.1
-"""Larger displacements are those of folds and oddities, where the expansion does not hold."""
+"""Standard deviation of a pixel's point spread: its own square (0.29) and a third of a pixel of
+lens and demosaicing; sharp photos have less, soft ones more."""
+_MATCHED_SHARE = 0.5
+"""Share of the displacement that matching shows. On a painted ball of 40 mm with pixels of 0.4 mm,
+the error without correction was 0.000, -0.002 and -0.012 mm at reaches of 0.29, 0.58 and 1.04 px:
+shares of 0, 0.3 and 0.55. Simulated dabs in two photos: 0.4 to 0.6."""
+_MIN_COSINE = 0.2
+_MAX_LIFT_PX = 0.1
+"""Larger displacements belong to folds and outliers, where the expansion does not hold."""
 
 
 def apparent_lift_mm(
@@ -50,7 +50,7 @@ def apparent_lift_mm(
     views: Float64[np.ndarray, "k view"],
     seen_by: Int32[np.ndarray, "n c"],
 ) -> Float32[np.ndarray, "n c"]:
-    """How far above its place, along its normal, each photo of `seen_by` shows each vertex.
+    """Displacement by blur, along the normal, at which each photo of `seen_by` shows each vertex.
 
     Args:
         axes: two tangents and the normal of each vertex, rows.
@@ -67,20 +67,20 @@ def apparent_lift_mm(
         u, v, cosine = np.einsum("nij,nj->in", axes[at], rays)
         uu, uv, vv = quadric[at].T
         along_ray = uu * u * u + 2 * uv * u * v + vv * v * v
-        bend = uu + vv + along_ray / np.maximum(cosine, _LEAST_COSINE) ** 2
-        moved_mm = _SHARE * 0.5 * (_BLUR_PX * pixel_mm) ** 2 * bend
-        lift[at, slot] = np.clip(moved_mm, -_MOST_PX * pixel_mm, _MOST_PX * pixel_mm)
+        bend = uu + vv + along_ray / np.maximum(cosine, _MIN_COSINE) ** 2
+        moved_mm = _MATCHED_SHARE * 0.5 * (_BLUR_PX * pixel_mm) ** 2 * bend
+        lift[at, slot] = np.clip(moved_mm, -_MAX_LIFT_PX * pixel_mm, _MAX_LIFT_PX * pixel_mm)
     return lift
 
 
 _MARGIN_PX = 24
-"""Pixels kept round the projected surface: room for windows and for moves."""
+"""Pixels kept round the projected surface, for windows and moves."""
 
 
-_SUMMING_BYTES = 5.0
-"""A pixel of a photo while its crop is halved."""
+_HALVING_BYTES = 5.0
+"""Bytes per pixel of a photo while its crop is halved."""
 _COEFFICIENT_BYTES, _PATCH_BYTES = 4, 1
-"""A pixel of a crop: at its own size, and once more at a quarter of its pixels for patches."""
+"""Bytes per pixel of a crop: at its own size, and at a quarter of its pixels for patches."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,15 +89,15 @@ class Crop:
 
     x0: int
     y0: int
-    """Of the reduced photo."""
+    """Corner of the crop in the reduced photo."""
     pixels: UInt8[np.ndarray, "h w"] | UInt16[np.ndarray, "h w"]
-    """Grey levels; of a reduced photo the sums of 4^halvings pixels, so that nothing is rounded."""
+    """Grey levels; in a reduced photo exact sums of 4^halvings pixels."""
     halvings: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Imagery:
-    """Grey crops of several photos.
+    """Grey crops of several photos as B-spline coefficients.
 
     A pixel (x, y) of photo k is at ((x + 0.5) * factor - 0.5 - x0, ...) of its crop.
     """
@@ -108,7 +108,7 @@ class Imagery:
     """By photo: start in `coefficients`, x0, y0, width, height (reduced pixels)."""
     factor: float
     views: Float64[np.ndarray, "k view"]
-    """View.packed of every photo, for the full-size photo."""
+    """View.packed of every photo at full size."""
 
 
 def load_crops(
@@ -117,7 +117,7 @@ def load_crops(
     """Grey crop of each photo round `points_mm`, halved `halvings` times."""
 
     def crop(k: int) -> Crop:
-        box = _box(views[k], points_mm, 1 << halvings)
+        box = _bounding_box(views[k], points_mm, 1 << halvings)
         if box is None:
             return Crop(x0=0, y0=0, pixels=np.zeros((8, 8), np.uint8), halvings=halvings)
         x0, y0, x1, y1 = box
@@ -125,23 +125,25 @@ def load_crops(
         return Crop(
             x0=x0 >> halvings,
             y0=y0 >> halvings,
-            pixels=pixels.copy() if halvings == 0 else _summed(pixels, halvings),
+            pixels=pixels.copy() if halvings == 0 else _block_sums(pixels, halvings),
             halvings=halvings,
         )
 
-    return in_parallel(crop, range(len(views)), each_mb=in_flight_mb(photos, _SUMMING_BYTES))
+    return in_parallel(crop, range(len(views)), each_mb=in_flight_mb(photos, _HALVING_BYTES))
 
 
 def imagery_mb(views: Sequence[View], points_mm: Points3, halvings: int = 0) -> float:
-    """What crops round `points_mm` and their coefficients will take."""
-    boxes = [_box(view, points_mm, 1 << halvings) for view in views]
+    """Memory of crops round `points_mm` and their coefficients, MiB."""
+    boxes = [_bounding_box(view, points_mm, 1 << halvings) for view in views]
     pixels = sum((x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in filter(None, boxes)) >> 2 * halvings
     crop_bytes = 1 if halvings == 0 else 2
     return pixels * (crop_bytes + _COEFFICIENT_BYTES + _PATCH_BYTES) / 2**20
 
 
-def _box(view: View, points_mm: Points3, aligned_px: int) -> tuple[int, int, int, int] | None:
-    """Left, top, right and bottom of what a photo shows of the points; None for nothing."""
+def _bounding_box(
+    view: View, points_mm: Points3, aligned_px: int
+) -> tuple[int, int, int, int] | None:
+    """Left, top, right and bottom of the points in a photo; None if it shows none."""
     xy = view.project(points_mm)
     xy = xy[view.camera.contains(xy)]
     if not len(xy):
@@ -152,8 +154,8 @@ def _box(view: View, points_mm: Points3, aligned_px: int) -> tuple[int, int, int
     return int(x0), int(y0), right, bottom
 
 
-def _summed(pixels: GreyImage, halvings: int) -> UInt16[np.ndarray, "rows columns"]:
-    """Sums of blocks of 2^halvings pixels a side; exact up to four halvings."""
+def _block_sums(pixels: GreyImage, halvings: int) -> UInt16[np.ndarray, "rows columns"]:
+    """Sums over square blocks of 2^halvings pixels a side; exact up to four halvings."""
     summed = pixels.astype(np.uint16)
     for _ in range(halvings):
         height, width = (summed.shape[0] // 2) * 2, (summed.shape[1] // 2) * 2
@@ -162,8 +164,8 @@ def _summed(pixels: GreyImage, halvings: int) -> UInt16[np.ndarray, "rows column
     return summed
 
 
-def prepare(crops: Sequence[Crop], views: Sequence[View]) -> Imagery:
-    """The crops filtered for interpolation."""
+def build_imagery(crops: Sequence[Crop], views: Sequence[View]) -> Imagery:
+    """The crops, filtered for B-spline interpolation."""
     table = np.zeros((len(crops), 5), np.int64)
     coefficients = np.empty(sum(crop.pixels.size for crop in crops), np.float32)
     start = 0

@@ -1,11 +1,10 @@
-"""Joint matching: the offsets of all vertices along their normals in one solution (compiled).
+"""Joint matching: normal equations of all vertices' offsets along their normals (compiled).
 
 Samples lie about a pixel apart on the faces; every photo that sees all three corners of a face
-shows the sample's grey value times its own local gain plus its own local mean. The grey value
-is eliminated per sample (no photo is the reference, none's noise is shared by all), gains and
-means, and how the means change as the surface moves, come from a wider window round each
-vertex. Vu, Labatut, Pons and Keriven 2012 measure a mesh by all its photos likewise, pair by
-pair.
+shows the sample's grey value times its own local gain plus its own local mean. The grey value is
+eliminated per sample, so that no photo is the reference and no photo's noise is shared by all.
+Gains, means, and the change of the means as the surface moves come from a wider window round each
+vertex. Vu, Labatut, Pons and Keriven 2012 refine a mesh with all its photos similarly, by pairs.
 """
 
 import math
@@ -20,41 +19,41 @@ from limbgram.reconstruction.measuring.imagery import Imagery
 from limbgram.reconstruction.measuring.sampling import (
     MARGIN_PX,
     SAMPLES,
-    agreeing,
-    gram_of,
+    drop_inconsistent_photos,
+    fill_gram,
     interpolate,
     leading_gains,
     project,
     sample_windows,
-    window_room,
+    window_buffer,
     window_weights,
 )
 
 f4 = np.float32
 
 _BLOCK = 2048
-"""Vertices, or faces, that a thread takes at a time."""
+"""Vertices, or faces, per block of a thread."""
 _GAIN_PRIOR = 25.0
-"""Grey variance by which gains are drawn towards the means' ratio: steadies plain windows."""
-_LEAST_CURVATURE = 0.1
-"""A robust cost may bend the other way where nothing fits; a solution there has no sigma."""
+"""Grey variance that regularises gains towards the ratio of the means, for windows of low
+texture."""
+_MIN_CURVATURE = 0.1
+"""Lower limit: a robust cost may have negative curvature where residuals are large."""
 
 
-GAIN, MEAN, DRIFT, LIFT = range(4)
-"""What is known of a photo at a vertex: its grey values' factor (0 = not used) and mean, how the
-mean changes for a millimetre's move of the surface, and how far above its place, in millimetres,
-the photo shows the vertex."""
+GAIN, MEAN, MEAN_PER_MM, LIFT = range(4)
+"""Photometric parameters of a photo at a vertex: gain of its grey values (0: not used), mean,
+change of the mean per millimetre that the surface moves, and displacement by blur, mm."""
 
 
-class Trust(NamedTuple):
-    """How far grey values are believed."""
+class NoiseModel(NamedTuple):
+    """Noise of grey values, and the robust limit of residuals."""
 
     noise_grey: float
-    """Of the sensor."""
+    """Sensor noise, grey levels."""
     noise_px: float
-    """What remains unmodelled, as a shift in pixels."""
+    """Unmodelled errors, as a shift in pixels."""
     robust: float
-    """Residuals beyond this many sigmas count less."""
+    """Residuals beyond this many sigmas are down-weighted."""
 
 
 def local_gains(
@@ -65,18 +64,18 @@ def local_gains(
     quadric: np.ndarray,
     step_mm: np.ndarray,
     noise_grey: float,
-    at_vertex: np.ndarray,
+    photometry: np.ndarray,
 ) -> None:
-    """Fill GAIN (mean square 1 over the photos used), MEAN and DRIFT of `at_vertex`.
+    """Fill GAIN (mean square 1 over the photos used), MEAN and MEAN_PER_MM of `photometry`.
 
-    at_vertex  (n, c, 4), zeros; photos as in seen_by (n, c)
+    photometry (n, c, 4), zeros; photos as in seen_by (n, c)
     """
 
     def block(first: int) -> None:
         last = min(first + _BLOCK, len(seen_by))
         _gains_block(
             imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, vertices,
-            axes, quadric, step_mm, noise_grey, at_vertex, first, last,
+            axes, quadric, step_mm, noise_grey, photometry, first, last,
         )  # fmt: skip
 
     in_parallel(block, range(0, len(seen_by), _BLOCK))
@@ -94,30 +93,32 @@ def _gains_block(
     quadric: np.ndarray,
     step_mm: np.ndarray,
     noise_grey: float,
-    at_vertex: np.ndarray,
+    photometry: np.ndarray,
     first: int,
     last: int,
 ):
-    """Fill `at_vertex` of the vertices from `first` up to `last`."""
+    """Fill `photometry` of the vertices from `first` up to `last`."""
     most = seen_by.shape[1]
     value = np.empty((most, SAMPLES), np.float32)
     slope = np.empty((most, SAMPLES), np.float32)
-    weights, room = window_weights(), window_room()
+    weights, buffer = window_weights(), window_buffer()
     gains = np.empty(most)
     gram = np.empty((most, most))
     scratch = np.empty(most)
     level = np.empty(most)
     photo_of = np.empty(most, np.int64)
-    rest, noise = np.zeros(3), noise_grey * noise_grey
+    zero_state, noise = np.zeros(3), noise_grey * noise_grey
     for p in range(first, last):
         used, _ = sample_windows(
             coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-            quadric[p], step_mm[p], rest, weights, room, value, slope, level, photo_of, 0.0,
+            quadric[p], step_mm[p], zero_state, weights, buffer, value, slope, level, photo_of, 0.0,
         )  # fmt: skip
         if used < 2:
             continue
-        gram_of(value, weights, used, gram)
-        used = agreeing(value, slope, level, photo_of, used, gram, gains, scratch, noise)
+        fill_gram(value, weights, used, gram)
+        used = drop_inconsistent_photos(
+            value, slope, level, photo_of, used, gram, gains, scratch, noise
+        )
         if used == 0:
             continue
         prior = _GAIN_PRIOR / (level[0] * level[0] + 1.0)
@@ -130,30 +131,30 @@ def _gains_block(
             slot = 0
             while seen_by[p, slot] != photo_of[i]:
                 slot += 1
-            at_vertex[p, slot, GAIN] = gains[i] * math.sqrt(used)
-            at_vertex[p, slot, MEAN] = level[i]
+            photometry[p, slot, GAIN] = gains[i] * math.sqrt(used)
+            photometry[p, slot, MEAN] = level[i]
             change = f4(0)
             for k in range(SAMPLES):
                 change += weights[k] * slope[i, k]
-            at_vertex[p, slot, DRIFT] = change
+            photometry[p, slot, MEAN_PER_MM] = change
 
 
 @njit(cache=True, forceinline=True)
-def _in_common(
-    seen_by: np.ndarray, at_vertex: np.ndarray, i0: int, i1: int, i2: int, slots: np.ndarray
+def _common_photos(
+    seen_by: np.ndarray, photometry: np.ndarray, i0: int, i1: int, i2: int, slots: np.ndarray
 ):
-    """Fill `slots` (c, 3) with the photos used at all three vertices; returns how many."""
+    """Fill `slots` (c, 3) of the photos used at all three vertices; returns their number."""
     found = 0
     for s0 in range(seen_by.shape[1]):
         photo = seen_by[i0, s0]
         if photo < 0:
             break
-        if at_vertex[i0, s0, GAIN] <= 0:
+        if photometry[i0, s0, GAIN] <= 0:
             continue
         for s1 in range(seen_by.shape[1]):
-            if seen_by[i1, s1] == photo and at_vertex[i1, s1, GAIN] > 0:
+            if seen_by[i1, s1] == photo and photometry[i1, s1, GAIN] > 0:
                 for s2 in range(seen_by.shape[1]):
-                    if seen_by[i2, s2] == photo and at_vertex[i2, s2, GAIN] > 0:
+                    if seen_by[i2, s2] == photo and photometry[i2, s2, GAIN] > 0:
                         slots[found, 0], slots[found, 1], slots[found, 2] = s0, s1, s2
                         found += 1
     return found
@@ -162,47 +163,47 @@ def _in_common(
 def assemble(
     imagery: Imagery,
     seen_by: np.ndarray,
-    at_vertex: np.ndarray,
+    photometry: np.ndarray,
     mesh: Mesh,
     normals: np.ndarray,
     points: np.ndarray,
-    trust: Trust,
+    noise_model: NoiseModel,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Normal equations of the three offsets of every face.
 
-    at_vertex   (n, c, 4) GAIN, MEAN, DRIFT and LIFT of the photos in seen_by (n, c)
+    photometry  (n, c, 4) GAIN, MEAN, MEAN_PER_MM and LIFT of the photos in seen_by (n, c)
     points      (s, 3) barycentric sample points of a face
-    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right side; (f, c) what each photo that
-    sees a face's first vertex adds to the sum of the right side; (f,) the curvature of the robust
-    cost as a share of the matrix: residuals beyond `trust.robust` hold the surface less than their
-    weight says.
+    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right-hand side; (f, c) the share of
+    each photo that sees a face's first vertex in the sum of the right-hand side; (f,) the curvature
+    of the robust cost over that of the weighted matrix: it is lower where residuals exceed
+    `noise_model.robust`.
     """
     count = len(mesh.faces)
     matrix = np.zeros((count, 6))
     right = np.zeros((count, 3))
-    pull = np.zeros((count, seen_by.shape[1]), np.float32)
+    right_by_photo = np.zeros((count, seen_by.shape[1]), np.float32)
     curvature = np.ones(count)
 
     def block(first: int) -> None:
         _assemble_block(
-            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, at_vertex,
-            mesh.vertices_mm, normals, mesh.faces, points, *trust, matrix, right, pull, curvature,
-            first, min(first + _BLOCK, count),
+            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, photometry,
+            mesh.vertices_mm, normals, mesh.faces, points, *noise_model, matrix, right,
+            right_by_photo, curvature, first, min(first + _BLOCK, count),
         )  # fmt: skip
 
     in_parallel(block, range(0, count, _BLOCK))
-    return matrix, right, pull, curvature
+    return matrix, right, right_by_photo, curvature
 
 
 @njit(fastmath=True, cache=True, nogil=True)
 def _assemble_block(
     coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
-    seen_by: np.ndarray, at_vertex: np.ndarray, vertices: np.ndarray, normals: np.ndarray,
+    seen_by: np.ndarray, photometry: np.ndarray, vertices: np.ndarray, normals: np.ndarray,
     faces: np.ndarray, points: np.ndarray, noise_grey: float, noise_px: float, robust: float,
-    matrix: np.ndarray, right: np.ndarray, pull: np.ndarray, curvature: np.ndarray,
+    matrix: np.ndarray, right: np.ndarray, right_by_photo: np.ndarray, curvature: np.ndarray,
     first: int, last: int,
 ):  # fmt: skip
-    """Fill the equations of the faces from `first` up to `last`."""
+    """Fill the normal equations of the faces from `first` up to `last`."""
     most = seen_by.shape[1]
     shift = 0.5 * factor - 0.5
     slots = np.empty((most, 3), np.int64)
@@ -212,8 +213,8 @@ def _assemble_block(
     scale = np.empty(most, np.float32)
     for f in range(first, last):
         i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
-        held = bent = 0.0
-        common = _in_common(seen_by, at_vertex, i0, i1, i2, slots)
+        weight_sum = curvature_sum = 0.0
+        common = _common_photos(seen_by, photometry, i0, i1, i2, slots)
         for s in range(len(points)):
             a, b, c = points[s, 0], points[s, 1], points[s, 2]
             x = a * vertices[i0, 0] + b * vertices[i1, 0] + c * vertices[i2, 0]
@@ -223,16 +224,16 @@ def _assemble_block(
             n1 = a * normals[i0, 1] + b * normals[i1, 1] + c * normals[i2, 1]
             n2 = a * normals[i0, 2] + b * normals[i1, 2] + c * normals[i2, 2]
             used = 0
-            sum_aa = sum_ag = sum_ah = steep = f4(0)
+            sum_aa = sum_ag = sum_ah = gradient2 = f4(0)
             for j in range(common):
-                near, second = at_vertex[i0, slots[j, 0]], at_vertex[i1, slots[j, 1]]
-                third = at_vertex[i2, slots[j, 2]]
+                at0, at1 = photometry[i0, slots[j, 0]], photometry[i1, slots[j, 1]]
+                at2 = photometry[i2, slots[j, 2]]
                 k = seen_by[i0, slots[j, 0]]
                 u, v, _, ux, uy, uz, vx, vy, vz = project(views[k], x, y, z)
                 nx, ny = ux * n0 + uy * n1 + uz * n2, vx * n0 + vy * n1 + vz * n2
-                up = a * near[LIFT] + b * second[LIFT] + c * third[LIFT]
-                u = (u + up * nx) * factor + shift - crops[k, 1]
-                v = (v + up * ny) * factor + shift - crops[k, 2]
+                lift = a * at0[LIFT] + b * at1[LIFT] + c * at2[LIFT]
+                u = (u + lift * nx) * factor + shift - crops[k, 1]
+                v = (v + lift * ny) * factor + shift - crops[k, 2]
                 if not (
                     u > MARGIN_PX
                     and v > MARGIN_PX
@@ -240,16 +241,18 @@ def _assemble_block(
                     and v < crops[k, 4] - 1 - MARGIN_PX
                 ):
                     continue
-                light, along_x, along_y = interpolate(coefficients, crops[k, 0], crops[k, 3], u, v)
-                scale[used] = a * near[GAIN] + b * second[GAIN] + c * third[GAIN]
-                grey[used] = light - (a * near[MEAN] + b * second[MEAN] + c * third[MEAN])
+                intensity, along_x, along_y = interpolate(
+                    coefficients, crops[k, 0], crops[k, 3], u, v
+                )
+                scale[used] = a * at0[GAIN] + b * at1[GAIN] + c * at2[GAIN]
+                grey[used] = intensity - (a * at0[MEAN] + b * at1[MEAN] + c * at2[MEAN])
                 change[used] = factor * (along_x * nx + along_y * ny) - (
-                    a * near[DRIFT] + b * second[DRIFT] + c * third[DRIFT]
+                    a * at0[MEAN_PER_MM] + b * at1[MEAN_PER_MM] + c * at2[MEAN_PER_MM]
                 )
                 sum_aa += scale[used] * scale[used]
                 sum_ag += scale[used] * grey[used]
                 sum_ah += scale[used] * change[used]
-                steep += along_x * along_x + along_y * along_y
+                gradient2 += along_x * along_x + along_y * along_y
                 slot_of[used] = slots[j, 0]
                 used += 1
             if used < 2:
@@ -262,16 +265,16 @@ def _assemble_block(
                 hh += slope * slope
                 hr -= residual * slope
                 rr += residual * residual
-            variance = noise_grey * noise_grey + noise_px * noise_px * steep / used
+            variance = noise_grey * noise_grey + noise_px * noise_px * gradient2 / used
             chi2 = rr / variance
             limit = (used - 1) * robust * robust
             weight = 1 / (variance * (1 + chi2 / limit))
             for k in range(used):
                 residual = grey[k] - scale[k] * texture
                 slope = change[k] - scale[k] * texture_change
-                pull[f, slot_of[k]] -= weight * residual * slope
-            held += weight * hh
-            bent += weight * hh - 2 * weight * weight * hr * hr / limit
+                right_by_photo[f, slot_of[k]] -= weight * residual * slope
+            weight_sum += weight * hh
+            curvature_sum += weight * hh - 2 * weight * weight * hr * hr / limit
             hh *= weight
             hr *= weight
             matrix[f, 0] += a * a * hh
@@ -283,5 +286,5 @@ def _assemble_block(
             right[f, 0] += a * hr
             right[f, 1] += b * hr
             right[f, 2] += c * hr
-        if held > 0:
-            curvature[f] = min(max(bent / held, _LEAST_CURVATURE), 1.0)
+        if weight_sum > 0:
+            curvature[f] = min(max(curvature_sum / weight_sum, _MIN_CURVATURE), 1.0)

@@ -1,15 +1,15 @@
-"""Measurement: every vertex of the surface measured again in the photos that see it.
+"""Measurement: measures every vertex of the surface in the photos at full resolution.
 
 In      photos, a metric scene and a mesh within about two pixels of the truth.
-Out     the mesh with its vertices moved along their normals. `filled` are the vertices that were
-        given as filled, or guessed to close a notch of the brim, unless texture that photos share
-        holds them, and those that fewer than two photos see; where the photos show too little
-        to match, a vertex stays as the depth maps measured it. Where `lay_back_overshoot` is asked
-        for, what stands out past a sharp edge is laid back and counts as filled
-        (`edge_overshoot`); so does what the measurement folds (`core.mesh.folds`).
+Out     the mesh with its vertices moved along their normals. `filled` are vertices that were given
+        as filled, or guessed to close a notch of the brim, unless common texture measures them, and
+        those that fewer than two photos see; where the photos show too little texture, a vertex
+        stays as the depth maps measured it. With `lay_back_overshoot`, vertices that stand out past
+        a sharp edge are pulled back and count as filled (`edge_overshoot`); so do those that the
+        measurement folds (`core.mesh.folds`).
 Method  multi-photo least-squares matching, coarse to fine: a small patch per vertex first, then
-        all vertices at once; the surface is held together as a thin plate (docs/method).
-Fails   SurfaceError: hardly a vertex looks alike in two photos.
+        all vertices jointly, regularised by a thin plate (docs/method).
+Fails   SurfaceError: patches correlate at hardly any vertex.
 """
 
 from collections.abc import Sequence
@@ -19,15 +19,14 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
-from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.folds import find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
+from limbgram.core.mesh.topology import boundary_vertices, dilated, with_any, with_faces
 from limbgram.core.run import track
+from limbgram.reconstruction.measuring.anisotropic_plate import with_anisotropic_plate
 from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
-from limbgram.reconstruction.measuring.grain import grained
-from limbgram.reconstruction.measuring.imagery import Imagery, load_crops, prepare
+from limbgram.reconstruction.measuring.imagery import Imagery, build_imagery, load_crops
 from limbgram.reconstruction.measuring.measurement_pass import (
     EARLY_ROBUST_SIGMAS,
     LEAST_VIEWS,
@@ -36,56 +35,58 @@ from limbgram.reconstruction.measuring.measurement_pass import (
     MAX_VIEWS,
     STEEP_INCIDENCE_DEG,
     JointEquations,
+    ObservedSurface,
     ResidualOptions,
-    SeenSurface,
     joint_equations,
-    light_after,
-    light_at,
-    look,
     match_jointly,
     match_patches,
-    match_within,
+    match_selected,
+    observe_surface,
+    photometry_after,
+    photometry_at,
     signal_share,
 )
+from limbgram.reconstruction.measuring.reference_plate import (
+    ReferencePlateFit,
+    fit_reference_plate,
+    with_softer_plate,
+)
 from limbgram.reconstruction.measuring.uncertainty import with_sigma
-from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate, by_usual_plate, softened
-from limbgram.reconstruction.measuring.visibility import best_views, incidences
+from limbgram.reconstruction.measuring.visibility import best_views, incidence_cosine_blocks
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.surface.brim import BrimOptions, level_brim
 from limbgram.reconstruction.surface.cleaning import cut_back, largest_manifold
 
-_RINGS_ROUND = 6
-"""Rings round a fill whose bend it goes on with."""
+_CONTEXT_RINGS = 6
+"""Rings round a fill that are matched together with it."""
 GRAZING_DEG = 85.0
-"""A photo that looks along the surface more closely than this does not see it."""
-
-
+"""Incidence angle beyond which a photo does not see the surface."""
 _RIM_RINGS = 8
-"""Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
-_LEAST_ALIKE = 0.02
-"""Share of the patches inside that are less alike than one by an opening has to be."""
+"""Rows of vertices by which a rim is cut back at most where no patch is confirmed."""
+_DOUBTFUL_QUANTILE = 0.02
+"""Quantile of the interior patches' correlation below which a patch near a rim is doubtful."""
 _BRIM_ROUNDS = 4
-"""Rounds in which a closed notch is measured from its rim inwards."""
+"""Rounds in which a closed notch is measured, from its rim inwards."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasureOptions:
-    """Which rounds are made."""
+    """Resolution, rounds and matching of the measurement."""
 
     photo_halvings: int = 0
-    """Reductions of the photos for the whole measurement, which then holds 1 / 4^n of the pixels;
-    every size below is relative to it."""
+    """Halvings of the photos for the whole measurement, which then uses 1 / 4^n of the pixels; all
+    sizes in pixels refer to the reduced photos."""
 
     joint_rounds: int = 3
-    """Rounds after the one of patches, in which all vertices are measured at once. Two do where
-    paint is dense; between dabs each takes some more of what the depth maps got wrong."""
+    """Rounds of joint matching after the one of patches. Two suffice where paint is dense; between
+    dabs each corrects some more of the depth maps' errors."""
 
     brim: BrimOptions = field(default_factory=BrimOptions)
-    """What counts as a notch of the open end, to be closed."""
+    """Which notches of the open end are closed."""
 
     lay_back_overshoot: bool = False
-    """Whether what stands out past a sharp edge without being measured is laid back; for closed
+    """Whether poorly measured surface that stands out past a sharp edge is pulled back; for closed
     surfaces of objects with a cut."""
 
     matching: ResidualOptions = field(default_factory=ResidualOptions)
@@ -97,47 +98,46 @@ DEFAULTS = MeasureOptions()
 def measure(
     photos: PhotoSet, metric: MetricScene, mesh: Mesh, options: MeasureOptions = DEFAULTS
 ) -> Mesh:
-    """Measure the surface in the photos, at their full size unless the options reduce them."""
+    """The mesh measured in the photos, at their full size unless the options reduce them."""
     scene = metric.scene
     views = scene.views
     placed = [photos.photos[k] for k in scene.placed]
     crops = load_crops(placed, views, mesh.vertices_mm, options.photo_halvings)
-    seen_by = _seen_by(mesh, views)[0]  # moves are too small to change what is seen
-    at_rim = np.zeros(len(mesh), bool)
-    at_rim[boundary_half_edges(mesh.faces).ravel()] = True
-    rim = _near(at_rim, mesh.faces, _RIM_RINGS + 1)
-    imagery = prepare(crops, views)
-    del crops  # all photos are in the imagery a second time
-    mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim)
-    mesh = cut_back(mesh, rim & ~believed, _RIM_RINGS)
+    seen_by = _measuring_photos(mesh, views)[0]  # moves are too small to change it
+    at_rim = boundary_vertices(mesh.faces, len(mesh))
+    near_rim = dilated(at_rim, mesh.faces, _RIM_RINGS + 1)
+    imagery = build_imagery(crops, views)
+    del crops  # the imagery has its own copy
+    mesh, confirmed = _matched_by_patches(mesh, imagery, views, seen_by, near_rim)
+    mesh = cut_back(mesh, near_rim & ~confirmed, _RIM_RINGS)
     mesh, guessed = _with_even_brim(mesh, imagery, views, options)
-    seen_by, unseen = _seen_by(mesh, views)
-    mesh, found = _jointly(mesh, imagery, views, seen_by, options)
+    seen_by, unseen = _measuring_photos(mesh, views)
+    mesh, last_round = _matched_jointly(mesh, imagery, views, seen_by, options)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
-    if found is not None:
-        mesh = with_sigma(mesh, *found, metric, guessed)
+    if last_round is not None:
+        mesh = with_sigma(mesh, *last_round, metric, guessed)
         mesh = without_overshoot(mesh) if options.lay_back_overshoot else mesh
     return _without_folds(mesh)
 
 
 def _without_folds(mesh: Mesh) -> Mesh:
-    """The mesh with what the measurement folded laid back, counted and marked as filled in.
+    """The mesh with its folds flattened, counted and marked as filled.
 
-    What cannot be laid back is left out, and the surface is open there.
+    Folds that cannot be flattened are removed, and the surface is open there.
     """
-    found = unfolded(mesh)
-    whole = found.mesh.area_mm2()
-    laid = torn_open(found.mesh) if len(found.left) else found.mesh
-    if laid.repairs is None:
-        return laid
-    lacks = laid.repairs.island_share + (1 - laid.area_mm2() / whole if whole else 0.0)
-    return replace(
-        laid, repairs=replace(laid.repairs, laid_back=found.vertices, island_share=lacks)
-    )
+    result = unfolded(mesh)
+    area_mm2 = result.mesh.area_mm2()
+    flat = torn_open(result.mesh) if len(result.left) else result.mesh
+    if flat.repairs is None:
+        return flat
+    removed_share = 1 - flat.area_mm2() / area_mm2 if area_mm2 else 0.0
+    missing_share = flat.repairs.island_share + removed_share
+    repairs = replace(flat.repairs, laid_back=result.vertices, island_share=missing_share)
+    return replace(flat, repairs=repairs)
 
 
 def torn_open(mesh: Mesh) -> Mesh:
-    """The largest piece of the surface without what is folded; nothing of it moves."""
+    """The largest component of the surface without its folds; no vertex moves."""
     folds = find_folds(mesh)
     while len(folds):
         kept = mesh.faces[~with_any(folds.vertices(mesh), mesh.faces)]
@@ -146,96 +146,100 @@ def torn_open(mesh: Mesh) -> Mesh:
     return mesh
 
 
-def _by_patches(
+def _matched_by_patches(
     mesh: Mesh,
     imagery: Imagery,
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
-    rim: Bool[np.ndarray, " n"],
+    near_rim: Bool[np.ndarray, " n"],
 ) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
-    """The mesh moved by patches all over it, densely by the rim, and which of them count."""
-    seen = look(mesh, imagery, views, seen_by)
-    moves, alike = match_patches(mesh, imagery, seen, rim)
-    counts = borne_out(seen.thin_plate.neighbours, alike, rim)
-    return _moved(mesh, moves, seen), counts
+    """The mesh moved by patches, one per vertex near rims, and which patches are confirmed."""
+    observed = observe_surface(mesh, imagery, views, seen_by)
+    moves, correlation = match_patches(mesh, imagery, observed, near_rim)
+    confirmed = confirmed_patches(observed.thin_plate.neighbours, correlation, near_rim)
+    return _moved(mesh, moves, observed), confirmed
 
 
-def borne_out(
-    neighbours: sp.csr_matrix, alike: Float32[np.ndarray, " n"], rim: Bool[np.ndarray, " n"]
+def confirmed_patches(
+    neighbours: sp.csr_matrix,
+    correlation: Float32[np.ndarray, " n"],
+    near_rim: Bool[np.ndarray, " n"],
 ) -> Bool[np.ndarray, " n"]:
-    """Believed patches; by openings those alone that are alike beyond doubt or stand together.
+    """Accepted patches; near rims only those of high correlation or among other confirmed ones.
 
-    Depth maps reach past a sharp edge. Beyond it some patches look alike by chance, less than the
-    limb's own do, and would hold up tongues of a surface that is not there. A patch by an opening
-    that is less alike than nearly all inside counts while most of its neighbours count.
+    Depth maps reach past a sharp edge. Beyond it some patches correlate by chance, less than the
+    limb's own do, and would support tongues of a surface that does not exist. A patch near a rim
+    that correlates less than nearly all interior ones is confirmed while most of its neighbours
+    are.
 
     Args:
         neighbours: (n, n), 1 where an edge joins two vertices.
-        alike: Mean correlation of each believed patch, 0 elsewhere.
+        correlation: Mean correlation of each accepted patch, 0 elsewhere.
     """
-    counts = alike > 0
-    inside = alike[counts & ~rim]
+    confirmed = correlation > 0
+    inside = correlation[confirmed & ~near_rim]
     if not len(inside):
-        return counts
-    doubtful = rim & counts & (alike < np.quantile(inside, _LEAST_ALIKE))
-    around = neighbours @ np.ones(len(alike))
+        return confirmed
+    doubtful = near_rim & confirmed & (correlation < np.quantile(inside, _DOUBTFUL_QUANTILE))
+    neighbour_count = neighbours @ np.ones(len(correlation))
     while True:
-        alone = doubtful & counts & (2 * (neighbours @ counts) <= around)
-        if not alone.any():
-            return counts
-        counts &= ~alone
+        isolated = doubtful & confirmed & (2 * (neighbours @ confirmed) <= neighbour_count)
+        if not isolated.any():
+            return confirmed
+        confirmed &= ~isolated
 
 
-def _jointly(
+def _matched_jointly(
     mesh: Mesh,
     imagery: Imagery,
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
     options: MeasureOptions,
-) -> tuple[Mesh, tuple[SeenSurface, JointEquations, ByUsualPlate] | None]:
-    """The mesh moved by all vertices at once, and what moved it last."""
-    light: Float32[np.ndarray, "n c 4"] | None = None
+) -> tuple[Mesh, tuple[ObservedSurface, JointEquations, ReferencePlateFit] | None]:
+    """The mesh moved by joint matching, and the surface and equations of the last round."""
+    photometry: Float32[np.ndarray, "n c 4"] | None = None
     moves_mm, signal = np.zeros(len(mesh)), np.ones(len(mesh))
     matching = options.matching
     early = replace(matching, robust_sigmas=EARLY_ROBUST_SIGMAS)
     for number in track(range(options.joint_rounds)):
-        seen = look(mesh, imagery, views, seen_by)
-        if light is None:
-            light = light_at(mesh, imagery, seen, np.arange(len(mesh)))
-            signal = signal_share(mesh, imagery, seen, light, matching)
+        observed = observe_surface(mesh, imagery, views, seen_by)
+        if photometry is None:
+            photometry = photometry_at(mesh, imagery, observed, np.arange(len(mesh)))
+            signal = signal_share(mesh, imagery, observed, photometry, matching)
         else:
-            light = light_after(light, mesh, imagery, seen, moves_mm)
+            photometry = photometry_after(photometry, mesh, imagery, observed, moves_mm)
         last = number + 1 == options.joint_rounds
-        robust = matching if last else early
-        equations = joint_equations(mesh, imagery, seen, light, signal, robust)
-        moved = _moved(mesh, match_jointly(mesh, equations), seen)
+        round_options = matching if last else early
+        equations = joint_equations(mesh, imagery, observed, photometry, signal, round_options)
+        moved = _moved(mesh, match_jointly(mesh, equations), observed)
         if last:
-            usual = by_usual_plate(moved, seen, equations)
-            equations = grained(seen, softened(seen, equations, usual), usual)
-            moved = _moved(mesh, match_jointly(mesh, equations), seen)
-            return moved, (seen, equations, usual)
-        moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])
+            reference = fit_reference_plate(moved, observed, equations)
+            equations = with_softer_plate(observed, equations, reference)
+            equations = with_anisotropic_plate(observed, equations, reference)
+            moved = _moved(mesh, match_jointly(mesh, equations), observed)
+            return moved, (observed, equations, reference)
+        moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, observed.axes[:, 2])
         mesh = moved
     return mesh, None
 
 
-def _seen_by(
+def _measuring_photos(
     mesh: Mesh,
     views: Sequence[View],
-    asked: Int64[np.ndarray, " n"] | None = None,
+    selected: Int64[np.ndarray, " n"] | None = None,
 ) -> tuple[Int32[np.ndarray, "n c"], Bool[np.ndarray, " n"]]:
     """The photos that measure each vertex, and which vertices fewer than two photos see.
 
-    Of all vertices, or of those asked.
+    All vertices are meant, or the selected ones.
     """
     best: list[Int32[np.ndarray, "b c"]] = []
     unseen: list[Bool[np.ndarray, " b"]] = []
-    for cosines in incidences(mesh, views, GRAZING_DEG, asked):
+    for cosines in incidence_cosine_blocks(mesh, views, GRAZING_DEG, selected):
         unseen.append((cosines > 0).sum(axis=1) < 2)
-        squarely = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
-        few = squarely.sum(axis=1, keepdims=True) < LEAST_VIEWS
-        steeply = few & (cosines >= np.cos(np.radians(STEEP_INCIDENCE_DEG)))
-        cosines[~(squarely | steeply)] = 0
+        frontal = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
+        few = frontal.sum(axis=1, keepdims=True) < LEAST_VIEWS
+        steep = few & (cosines >= np.cos(np.radians(STEEP_INCIDENCE_DEG)))
+        cosines[~(frontal | steep)] = 0
         best.append(best_views(cosines, MAX_VIEWS))
     return np.concatenate(best), np.concatenate(unseen)
 
@@ -243,49 +247,40 @@ def _seen_by(
 def _with_even_brim(
     mesh: Mesh, imagery: Imagery, views: Sequence[View], options: MeasureOptions
 ) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
-    """The brim's notches closed, and of what closes them measured what the photos show.
+    """The mesh with the brim's notches closed and, where photos show them, measured.
 
-    Also tells which vertices, in a notch or elsewhere, were guessed before that.
+    Also returns which vertices, in a notch or elsewhere, were guessed before that.
     """
-    whole = level_brim(mesh, options.brim)
-    if whole is mesh or whole.filled is None:
+    closed = level_brim(mesh, options.brim)
+    if closed is mesh or closed.filled is None:
         return mesh, np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
-    guessed = whole.filled
-    part, chosen = _part(whole, _near(guessed, whole.faces))
-    good = np.zeros(len(part), bool)
-    seen_by, _ = _seen_by(whole, views, chosen)
+    guessed = closed.filled
+    part, chosen = _submesh(closed, dilated(guessed, closed.faces, _CONTEXT_RINGS))
+    accepted = np.zeros(len(part), bool)
+    seen_by, _ = _measuring_photos(closed, views, chosen)
     for _ in track(range(_BRIM_ROUNDS)):
-        seen = look(part, imagery, views, seen_by)
-        moves, good = match_within(part, imagery, seen, guessed[chosen])
-        part = _moved(part, moves, seen)
-        whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
-    return replace(whole, filled=_put(guessed, chosen[good], np.False_)), guessed
+        observed = observe_surface(part, imagery, views, seen_by)
+        moves, accepted = match_selected(part, imagery, observed, guessed[chosen])
+        part = _moved(part, moves, observed)
+        closed = closed.with_vertices(_with_values(closed.vertices_mm, chosen, part.vertices_mm))
+    return replace(closed, filled=_with_values(guessed, chosen[accepted], np.False_)), guessed
 
 
-def _near(
-    chosen: Bool[np.ndarray, " n"], faces: Faces, rings: int = _RINGS_ROUND
-) -> Bool[np.ndarray, " n"]:
-    """The chosen vertices and some rings round them."""
-    near = chosen.copy()
-    for _ in range(rings):
-        near[faces[near[faces].any(axis=1)]] = True
-    return near
-
-
-def _part(mesh: Mesh, near: Bool[np.ndarray, " n"]) -> tuple[Mesh, Int64[np.ndarray, " k"]]:
-    """The faces with all corners among these, and the numbers of its vertices in the whole."""
+def _submesh(mesh: Mesh, near: Bool[np.ndarray, " n"]) -> tuple[Mesh, Int64[np.ndarray, " k"]]:
+    """The faces with all corners among these vertices, and the original numbers of its vertices."""
     faces = mesh.faces[near[mesh.faces].all(axis=1)]
     return with_faces(mesh, faces), np.unique(faces).astype(np.int64)
 
 
-def _put(values: np.ndarray, idx: np.ndarray, new: np.ndarray | np.bool_) -> np.ndarray:
+def _with_values(values: np.ndarray, idx: np.ndarray, new: np.ndarray | np.bool_) -> np.ndarray:
+    """A copy with new values at these indices."""
     changed = values.copy()
     changed[idx] = new
     return changed
 
 
-def _moved(mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], seen: SeenSurface) -> Mesh:
-    """The vertices moved along their normals, no further than is believed."""
-    limit = MAX_MOVE_PX * seen.pixel_mm
+def _moved(mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], observed: ObservedSurface) -> Mesh:
+    """The mesh with its vertices moved along their normals, by no more than the limit."""
+    limit = MAX_MOVE_PX * observed.pixel_mm
     moves_mm = np.clip(moves_mm, -limit, limit)
-    return mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * seen.axes[:, 2])
+    return mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * observed.axes[:, 2])

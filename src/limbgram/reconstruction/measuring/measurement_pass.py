@@ -1,8 +1,8 @@
-"""Measurement pass over the surface, by single patches or by all vertices jointly.
+"""Measurement pass: one round of matching over the surface, by single patches or jointly.
 
-In      a mesh, the photos' crops and what each vertex is seen by.
+In      a mesh, the photos' crops and the photos that see each vertex.
 Out     moves along the normals.
-Fails   SurfaceError: hardly a vertex looks alike in two photos.
+Fails   SurfaceError: patches correlate at hardly any vertex.
 """
 
 from collections.abc import Sequence
@@ -19,11 +19,11 @@ from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.imagery import Imagery, apparent_lift_mm
 from limbgram.reconstruction.measuring.joint import (
-    DRIFT,
     GAIN,
     LIFT,
     MEAN,
-    Trust,
+    MEAN_PER_MM,
+    NoiseModel,
     assemble,
     local_gains,
 )
@@ -37,25 +37,25 @@ from limbgram.reconstruction.measuring.thin_plate import (
     thin_plate_of,
 )
 
-_UNMEASURED_PX = 1.0
-"""What is believed of the given surface where nothing was measured: one pixel, in sigma."""
-_HELD_PX, _LOOSE_PX = 0.02, 20.0
-"""The same where the surface stays as it is, and where it was only guessed."""
+_PRIOR_SIGMA_PX = 1.0
+"""Prior sigma of the given surface."""
+_FIXED_SIGMA_PX, _FREE_SIGMA_PX = 0.02, 20.0
+"""Sigmas of vertices that stay in place, and of those whose position was guessed."""
 _GAIN_STEP_PX = 0.73
 """Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
-_SAME_LIGHT_PX = 0.2
-"""Moves from which a vertex's gains and means are looked at again."""
-_STILL_BELIEVED = 0.1
-"""What is left of the belief in the given surface after two rounds of which each asks less of it
-than of the photos: the smallest that no error over a bare place grows beyond measure with."""
-_SIGNAL_STEP_PX, _SIGNAL_RINGS, _LEAST_SIGNAL = 0.1, 3, 0.05
-"""How far the surface is lifted to see what holds it; rings over which that is summed, for it is
-itself noisy where little is seen; and the least that is believed."""
-_OF_DENSEST = 0.3
-"""Median weight of painted skin over the weight from which half of the signal lies denser: 0.33 and
-0.35 on two captures painted all over, which are to stay as they are."""
-_ROWS = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-"""Where the rows of a face's matrix stand in its upper triangle."""
+_REUSE_PHOTOMETRY_PX = 0.2
+"""Move from which a vertex's gains and means are computed anew."""
+_REMAINING_PRIOR = 0.1
+"""Share of the prior that remains after two rounds: the smallest with which errors on bare skin
+stay bounded."""
+_SIGNAL_STEP_PX, _SIGNAL_RINGS, _MIN_SIGNAL = 0.1, 3, 0.05
+"""Step of the finite difference for the signal; rings over which it is summed, as it is noisy where
+texture is low; and its lower limit."""
+_MIN_DENSITY_RATIO = 0.3
+"""Lower limit of the typical density over that above which half of the signal lies. Two captures
+with paint all over have 0.33 and 0.35, and so keep their median."""
+_SYMMETRIC_IDX = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Indices of a symmetric 3 x 3 matrix in its upper triangle."""
 _OUTER, _INNER = (2 + 7**0.5) / 6, 1 / 6
 _FACE_POINTS = np.array(
     [
@@ -64,15 +64,15 @@ _FACE_POINTS = np.array(
         for turn in range(3)
     ]
 )
-"""Samples of a face, barycentric. The mean of ab + bc + ca is 1/4, as over the whole face, so that
-a flat face on a round surface is neither lifted nor sunk by where its samples lie."""
+"""Barycentric samples of a face. The mean of ab + bc + ca is 1/4, as over the whole face, so that
+the positions of the samples do not displace flat faces on a round surface."""
 
 
 @cache
 def face_points(parts: int) -> Float64[np.ndarray, "s 3"]:
-    """Samples of a face whose edges are parted so many times, barycentric.
+    """Barycentric samples of a face whose edges are divided into so many parts.
 
-    They serve all pixels where edges are longer than pixels ask for.
+    With them, long edges still have samples about a pixel apart.
     """
     steps = [(i, j) for i in range(parts) for j in range(parts - i)]
     upright = [[(i + 1, j), (i, j + 1), (i, j)] for i, j in steps]
@@ -83,64 +83,64 @@ def face_points(parts: int) -> Float64[np.ndarray, "s 3"]:
 
 
 _PATCH_THIN_PLATE_PX = 2.5
-"""Patches: below this length the surface bends like a plate rather than follow the data."""
+"""Plate length for patches: at shorter distances the plate dominates the data."""
 _JOINT_THIN_PLATE_PX = 3.0
-"""All vertices at once: the same length."""
+"""Plate length for joint matching."""
 
 
 MAX_VIEWS = 6
 """Photos per vertex, the most frontal ones."""
 MAX_INCIDENCE_DEG = 65.0
-"""Photos that see a vertex at a flatter angle than this are left out, unless"""
+"""Photos that see a vertex at a larger incidence angle are left out, unless"""
 LEAST_VIEWS = 3
-"""fewer photos than this see it so squarely: then steeper ones are taken, up to"""
+"""fewer photos than this see it within that angle: then oblique ones are used, up to"""
 STEEP_INCIDENCE_DEG = 82.0
 """this angle."""
 _MIN_CORRELATION = 0.6
-"""Mean correlation between the photos below which a patch is not believed."""
+"""Mean correlation between the photos below which a patch is rejected."""
 MAX_MOVE_PX = 4.0
-"""A vertex that wants to move further, in pixels of the round's photos, is not believed."""
+"""Largest accepted move of a vertex, in pixels of the round's photos."""
 _NOISE_GREY = 1.5
-"""Noise of a pixel, grey levels."""
+"""Sensor noise of a pixel, grey levels."""
 _NOISE_PX = 0.02
-"""What the model leaves unexplained, as a shift of the photos, px."""
+"""Unmodelled errors, as a shift of the photos, px."""
 EARLY_ROBUST_SIGMAS = 10.0
-"""Residuals beyond this count less and less in all rounds but the last: what is still a part of a
-pixel off must pull."""
+"""Robust limit of residuals in all rounds but the last: vertices that are still off by a part of a
+pixel must keep their weight."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResidualOptions:
-    """How the residuals of a round are taken."""
+    """Robust limit and sampling of the residuals of a round."""
 
     robust_sigmas: float = 1.5
-    """Residuals beyond this count less and less."""
+    """Residuals beyond this are down-weighted."""
 
     face_parts: int = 1
-    """Parts of a face's edge that are sampled each for itself: more where edges are longer than
-    the pixels would allow."""
+    """Parts of a face's edge that are sampled separately: more where edges are long in pixels."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class SeenSurface:
-    """The surface as the photos see it, before a round."""
+class ObservedSurface:
+    """The surface before a round: its geometry and the photos that see it."""
 
     thin_plate: ThinPlate
     axes: Float64[np.ndarray, "n 3 3"]
-    """Two tangents and the normal."""
+    """Two tangents and the normal, rows."""
     quadric: Float64[np.ndarray, "n 3"]
+    """Curvature (uu, uv, vv) along the tangents, 1/mm."""
     seen_by: Int32[np.ndarray, "n c"]
     pixel_mm: Float64[np.ndarray, " n"]
     """Size of a pixel of the round's photos on the object."""
 
 
-def look(
+def observe_surface(
     mesh: Mesh, imagery: Imagery, views: Sequence[View], seen_by: Int32[np.ndarray, "n c"]
-) -> SeenSurface:
-    """Frames and curvature of every vertex, and the size of a pixel on it."""
+) -> ObservedSurface:
+    """The surface with the frame, curvature and pixel size at every vertex."""
     thin_plate = thin_plate_of(mesh)
     axes = tangent_axes(mesh.vertex_normals())
-    return SeenSurface(
+    return ObservedSurface(
         thin_plate=thin_plate,
         axes=axes,
         quadric=quadrics(mesh, thin_plate, axes),
@@ -152,108 +152,109 @@ def look(
 def match_patches(
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
-    densely: Bool[np.ndarray, " n"],
+    observed: ObservedSurface,
+    dense: Bool[np.ndarray, " n"],
 ) -> tuple[Float64[np.ndarray, " n"], Float32[np.ndarray, " n"]]:
-    """Moves by patches, each on its own, and the plate through all of them.
+    """Moves of a plate through independent patches, and the patches' mean correlation.
 
-    Also tells the mean correlation of the patches that are believed, 0 of the others. No two
-    neighbours have a patch, except where every vertex is asked for (`densely`): it is wider than an
-    edge, so that one between says little more.
+    The correlation is 0 where no patch is accepted. No two neighbours have a patch, except at
+    `dense` vertices: a patch is wider than an edge, so that one in between adds little.
     """
-    near = seen.thin_plate.neighbours
-    asked = densely | no_two_neighbours(near.indptr, near.indices)
-    found = _patches(mesh, imagery, seen, asked)
-    good = found.good
-    if good.sum() < 0.05 * asked.sum():
-        raise SurfaceError("surface.unlike", good=int(good.sum()), asked=int(asked.sum()))
-    sigma_mm = np.where(good, found.sigma_mm, _UNMEASURED_PX * seen.pixel_mm)
-    # The plate is as stiff as if every vertex had been asked.
-    usual = float(np.median(1 / sigma_mm[asked] ** 2))
-    stiff = np.where(asked, 1 / sigma_mm**2, usual)
-    return _through(mesh, seen, found, sigma_mm, stiff), np.where(good, found.correlation, 0.0)
+    near = observed.thin_plate.neighbours
+    selected = dense | independent_set(near.indptr, near.indices)
+    found = _measured_patches(mesh, imagery, observed, selected)
+    accepted = found.accepted
+    if accepted.sum() < 0.05 * selected.sum():
+        raise SurfaceError("surface.unlike", good=int(accepted.sum()), asked=int(selected.sum()))
+    sigma_mm = np.where(accepted, found.sigma_mm, _PRIOR_SIGMA_PX * observed.pixel_mm)
+    # The plate is as stiff as if every vertex had a patch.
+    typical = float(np.median(1 / sigma_mm[selected] ** 2))
+    plate_weights = np.where(selected, 1 / sigma_mm**2, typical)
+    moves_mm = _plate_through(mesh, observed, found, sigma_mm, plate_weights)
+    return moves_mm, np.where(accepted, found.correlation, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def no_two_neighbours(starts: np.ndarray, others: np.ndarray):
-    """Vertices in their order, each unless it has a neighbour among those before."""
+def independent_set(starts: np.ndarray, neighbours: np.ndarray):
+    """A maximal independent set: vertices in order, each without an earlier chosen neighbour."""
     count = len(starts) - 1
-    chosen, beside = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    chosen, excluded = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     for vertex in range(count):
-        if not beside[vertex]:
+        if not excluded[vertex]:
             chosen[vertex] = True
             for k in range(starts[vertex], starts[vertex + 1]):
-                beside[others[k]] = True
+                excluded[neighbours[k]] = True
     return chosen
 
 
-def match_within(
+def match_selected(
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
-    asked: Bool[np.ndarray, " n"],
+    observed: ObservedSurface,
+    selected: Bool[np.ndarray, " n"],
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-    """Moves by a patch for each vertex asked, and which patches are believed.
+    """Moves by patches at the selected vertices, and which patches are accepted.
 
-    The rest of the surface stays where it is. Vertices asked without a believed patch follow the
-    plate through their neighbours: a fill is measured from its rim inwards round by round.
+    The rest of the surface stays in place. Selected vertices without an accepted patch follow the
+    plate through their neighbours: a fill is measured from its rim inwards, round by round.
     """
-    found = _patches(mesh, imagery, seen, asked)
-    believed_px = np.where(asked, _LOOSE_PX, _HELD_PX)
-    sigma_mm = np.where(found.good, found.sigma_mm, believed_px * seen.pixel_mm)
-    return _through(mesh, seen, found, sigma_mm, 1 / sigma_mm**2), found.good
+    found = _measured_patches(mesh, imagery, observed, selected)
+    prior_px = np.where(selected, _FREE_SIGMA_PX, _FIXED_SIGMA_PX)
+    sigma_mm = np.where(found.accepted, found.sigma_mm, prior_px * observed.pixel_mm)
+    return _plate_through(mesh, observed, found, sigma_mm, 1 / sigma_mm**2), found.accepted
 
 
 @dataclass(frozen=True)
-class _Patches:
-    """What the patches say, by vertex."""
+class _PatchOffsets:
+    """Offsets that patches measured, by vertex."""
 
     offsets_mm: Float64[np.ndarray, " n"]
     sigma_mm: Float64[np.ndarray, " n"]
-    """Formal."""
+    """Formal standard deviation."""
     correlation: Float32[np.ndarray, " n"]
     """Mean between the photos."""
-    good: Bool[np.ndarray, " n"]
-    """Believed."""
+    accepted: Bool[np.ndarray, " n"]
 
 
-def _patches(
+def _measured_patches(
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
-    asked: Bool[np.ndarray, " n"],
-) -> _Patches:
-    """A patch for each vertex asked."""
+    observed: ObservedSurface,
+    selected: Bool[np.ndarray, " n"],
+) -> _PatchOffsets:
+    """The patch offsets of the selected vertices."""
     state = np.zeros((len(mesh), 3))
     report = measure_patches(
         imagery,
-        np.where(asked[:, None], seen.seen_by, np.int32(-1)),
+        np.where(selected[:, None], observed.seen_by, np.int32(-1)),
         mesh.vertices_mm,
-        seen.axes,
-        seen.quadric,
-        seen.pixel_mm,
+        observed.axes,
+        observed.quadric,
+        observed.pixel_mm,
         8,
         state,
     )
-    good = _believed(report, state[:, 0], seen.pixel_mm)
-    sigma_mm = np.maximum(report[:, 1], _HELD_PX * seen.pixel_mm)
-    return _Patches(state[:, 0], sigma_mm, report[:, 3], good)
+    accepted = _accepted(report, state[:, 0], observed.pixel_mm)
+    sigma_mm = np.maximum(report[:, 1], _FIXED_SIGMA_PX * observed.pixel_mm)
+    return _PatchOffsets(state[:, 0], sigma_mm, report[:, 3], accepted)
 
 
-def _through(
+def _plate_through(
     mesh: Mesh,
-    seen: SeenSurface,
-    found: _Patches,
+    observed: ObservedSurface,
+    found: _PatchOffsets,
     sigma_mm: Float64[np.ndarray, " n"],
-    stiff: Float64[np.ndarray, " n"],
+    plate_weights: Float64[np.ndarray, " n"],
 ) -> Float64[np.ndarray, " n"]:
-    """Moves of the plate through the believed offsets; `stiff` are the weights that it matches."""
-    length_mm = _PATCH_THIN_PLATE_PX * float(np.median(seen.pixel_mm))
-    right = np.where(found.good, found.offsets_mm, 0.0) / sigma_mm**2
+    """Moves of a plate through the accepted offsets; its stiffness follows `plate_weights`."""
+    length_mm = _PATCH_THIN_PLATE_PX * float(np.median(observed.pixel_mm))
+    right = np.where(found.accepted, found.offsets_mm, 0.0) / sigma_mm**2
     data = sp.csr_matrix(sp.diags(1 / sigma_mm**2))
-    density = float(np.median(stiff / seen.thin_plate.area_mm2))
-    stiffness = stiffness_of(seen.thin_plate, density, length_mm)
-    return smoothed_moves(mesh, seen.thin_plate, stiff, data, right, stiffness, length_mm)
+    density = float(np.median(plate_weights / observed.thin_plate.area_mm2))
+    stiffness = stiffness_of(observed.thin_plate, density, length_mm)
+    return smoothed_moves(
+        mesh, observed.thin_plate, plate_weights, data, right, stiffness, length_mm
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,157 +262,167 @@ class JointEquations:
     """The normal equations of all vertices at once, without the plate."""
 
     weights: Float64[np.ndarray, " n"]
-    """1/mm^2, as the robust weights have it: how much the photos say about each vertex."""
-    soft: sp.csr_matrix
-    """(n, n), 1/mm^2, as the robust cost really bends: what steps are solved with."""
+    """Robust information of the photos on each vertex, 1/mm^2."""
+    hessian: sp.csr_matrix
+    """(n, n), 1/mm^2, second derivatives of the robust cost and the prior; steps use it."""
     right: Float64[np.ndarray, " n"]
-    """1/mm."""
-    pull: Float32[np.ndarray, "f c"]
-    """What each photo that sees a face's first vertex adds to the right side."""
-    photos: Int64[np.ndarray, " n"]
-    """Photos that measured each vertex."""
+    """Right-hand side, 1/mm."""
+    right_by_photo: Float32[np.ndarray, "f c"]
+    """Share of each photo that sees a face's first vertex in the sum of the right-hand side."""
+    photo_count: Int64[np.ndarray, " n"]
+    """Number of photos that measured each vertex."""
     length_mm: float
-    """Below this length the usual plate rules where the limb is painted."""
+    """Length below which the reference plate dominates the data on painted skin."""
     stiffness: Float64[np.ndarray, " n"]
-    """Of the plate that measures."""
+    """Of the plate that measures, at each vertex."""
     stiffness_share: float = 1.0
-    """What that has of the usual plate's stiffness."""
+    """Stiffness of the plate that measures over that of the reference plate."""
     plate: ThinPlate
-    """The plate that measures: as the surface has it, or leaning with the grain of its relief."""
-    across: Float64[np.ndarray, " n"]
-    """Its Laplacian across the grain over the usual one; 1 where relief runs all ways."""
+    """The plate that measures: isotropic, or anisotropic along the grain of the relief."""
+    cross_grain_factor: Float64[np.ndarray, " n"]
+    """Its Laplacian across the grain over the isotropic one; 1 for isotropic relief."""
     signal: Float64[np.ndarray, " n"]
-    """How much of what holds each vertex is texture and not noise (`signal_share`)."""
-    held: sp.csr_matrix
-    """(n, n), 1/mm^2, what texture alone holds: what errors are solved with."""
-    unheld: sp.csr_matrix
-    """(n, n), 1/mm^2, what holds steps back and is no texture: belief in the surface as it was
-    given, and slopes of noise."""
+    """Share of each vertex's information that is texture, not noise (`signal_share`)."""
+    texture_hessian: sp.csr_matrix
+    """(n, n), 1/mm^2, the part of the Hessian from texture, and little prior; errors use it."""
+    other_hessian: sp.csr_matrix
+    """(n, n), 1/mm^2, the other part: the prior of the given surface, and grey slopes of noise."""
 
     @property
     def measuring_length_mm(self) -> float:
-        """Below this length the plate that measures rules where the limb is painted."""
+        """Length below which the plate that measures dominates the data on painted skin."""
         return self.length_mm * self.stiffness_share**0.25
 
 
 def match_jointly(mesh: Mesh, equations: JointEquations) -> Float64[np.ndarray, " n"]:
-    """Moves of all vertices at once."""
+    """Moves of all vertices by joint matching."""
     return smoothed_moves(
         mesh,
         equations.plate,
         equations.weights,
-        equations.soft,
+        equations.hessian,
         equations.right,
         equations.stiffness,
         equations.length_mm,
     )
 
 
-def light_at(
+def photometry_at(
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
-    asked: Int64[np.ndarray, " m"],
+    observed: ObservedSurface,
+    selected: Int64[np.ndarray, " m"],
 ) -> Float32[np.ndarray, "m c 4"]:
-    """What is known of the photos at these vertices: GAIN, MEAN, DRIFT and LIFT."""
-    vertices, axes = mesh.vertices_mm[asked], seen.axes[asked]
-    quadric, seen_by = seen.quadric[asked], seen.seen_by[asked]
-    light = np.zeros((*seen_by.shape, 4), np.float32)
-    light[..., LIFT] = apparent_lift_mm(vertices, axes, quadric, imagery.views, seen_by)
+    """Photometric parameters at the selected vertices: GAIN, MEAN, MEAN_PER_MM and LIFT."""
+    vertices, axes = mesh.vertices_mm[selected], observed.axes[selected]
+    quadric, seen_by = observed.quadric[selected], observed.seen_by[selected]
+    photometry = np.zeros((*seen_by.shape, 4), np.float32)
+    photometry[..., LIFT] = apparent_lift_mm(vertices, axes, quadric, imagery.views, seen_by)
     local_gains(
         imagery,
         seen_by,
         vertices,
         axes,
         quadric,
-        _GAIN_STEP_PX * seen.pixel_mm[asked],
+        _GAIN_STEP_PX * observed.pixel_mm[selected],
         _NOISE_GREY,
-        light,
+        photometry,
     )
-    return light
+    return photometry
 
 
-def light_after(
-    light: Float32[np.ndarray, "n c 4"],
+def photometry_after(
+    photometry: Float32[np.ndarray, "n c 4"],
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
+    observed: ObservedSurface,
     moves_mm: Float64[np.ndarray, " n"],
 ) -> Float32[np.ndarray, "n c 4"]:
-    """The same once the surface has moved; a window that moved by little hardly sees anything new.
+    """Photometric parameters after the moves; small moves extrapolate them.
 
-    `mesh` and `seen` are those after the moves.
+    `mesh` and `observed` are those after the moves.
     """
-    light = light.copy()
-    light[..., MEAN] += light[..., DRIFT] * moves_mm[:, None].astype(np.float32)
-    far = np.flatnonzero(np.abs(moves_mm) > _SAME_LIGHT_PX * seen.pixel_mm)
-    light[far] = light_at(mesh, imagery, seen, far)
-    return light
+    photometry = _extrapolated(photometry, moves_mm)
+    far = np.flatnonzero(np.abs(moves_mm) > _REUSE_PHOTOMETRY_PX * observed.pixel_mm)
+    photometry[far] = photometry_at(mesh, imagery, observed, far)
+    return photometry
 
 
 def joint_equations(
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
-    light: Float32[np.ndarray, "n c 4"],
+    observed: ObservedSurface,
+    photometry: Float32[np.ndarray, "n c 4"],
     signal: Float64[np.ndarray, " n"],
     options: ResidualOptions,
 ) -> JointEquations:
-    """What the photos say about all vertices at once, by samples on the faces."""
-    matrix, right, pull, curvature = _assembled(mesh, imagery, seen, light, options)
-    believed = 1 / (_UNMEASURED_PX * seen.pixel_mm) ** 2
-    data = _sparse(matrix, mesh.faces, len(mesh))
-    soft = data - _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
+    """Normal equations of all vertices' offsets from samples on the faces."""
+    matrix, right, right_by_photo, curvature = _face_equations(
+        mesh, imagery, observed, photometry, options
+    )
+    prior = 1 / (_PRIOR_SIGMA_PX * observed.pixel_mm) ** 2
+    data = _sparse_matrix(matrix, mesh.faces, len(mesh))
+    hessian = data - _sparse_matrix(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
     shares = sp.diags(np.sqrt(signal))
-    weights = data.diagonal() + believed
-    textured = shares @ soft @ shares
-    length_mm = _JOINT_THIN_PLATE_PX * float(np.median(seen.pixel_mm))
-    density = _painted_density(weights / seen.thin_plate.area_mm2, signal)
+    weights = data.diagonal() + prior
+    texture = shares @ hessian @ shares
+    length_mm = _JOINT_THIN_PLATE_PX * float(np.median(observed.pixel_mm))
+    density = _painted_density(weights / observed.thin_plate.area_mm2, signal)
     return JointEquations(
         weights=weights,
-        soft=sp.csr_matrix(soft + sp.diags(believed)),
+        hessian=sp.csr_matrix(hessian + sp.diags(prior)),
         right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
-        pull=pull,
-        photos=(light[..., GAIN] > 0).sum(1),
+        right_by_photo=right_by_photo,
+        photo_count=(photometry[..., GAIN] > 0).sum(1),
         length_mm=length_mm,
-        stiffness=stiffness_of(seen.thin_plate, density, length_mm),
-        plate=seen.thin_plate,
-        across=np.ones(len(mesh)),
+        stiffness=stiffness_of(observed.thin_plate, density, length_mm),
+        plate=observed.thin_plate,
+        cross_grain_factor=np.ones(len(mesh)),
         signal=signal,
-        held=sp.csr_matrix(textured + sp.diags(_STILL_BELIEVED * believed)),
-        unheld=sp.csr_matrix(soft - textured + sp.diags(believed)),
+        texture_hessian=sp.csr_matrix(texture + sp.diags(_REMAINING_PRIOR * prior)),
+        other_hessian=sp.csr_matrix(hessian - texture + sp.diags(prior)),
     )
 
 
 def signal_share(
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
-    light: Float32[np.ndarray, "n c 4"],
+    observed: ObservedSurface,
+    photometry: Float32[np.ndarray, "n c 4"],
     options: ResidualOptions,
 ) -> Float64[np.ndarray, " n"]:
-    """How much of what holds each vertex is texture that its photos have in common, 0 to 1.
+    """Share of each vertex's information that comes from texture common to its photos, 0 to 1.
 
-    The equations take every grey slope for texture, that of noise as well. How the photos' pull
-    changes when the surface is lifted and sunk by a tenth of a pixel is what truly holds it: the
-    slopes of noise are of one photo alone, and their sum does not change with the height.
+    The equations count every grey slope as texture, including that of noise. The finite difference
+    of the right-hand side over the offset has texture alone: slopes of noise differ between photos,
+    and their sum does not change with the offset.
     """
     count = len(mesh)
     corners = mesh.faces.ravel()
-    held, believed = np.zeros(count), np.zeros(count)
+    measured, formal = np.zeros(count), np.zeros(count)
     for step_px in (-_SIGNAL_STEP_PX, _SIGNAL_STEP_PX):
-        moves_mm = step_px * seen.pixel_mm
-        lit = light.copy()
-        lit[..., MEAN] += lit[..., DRIFT] * moves_mm[:, None].astype(np.float32)
-        lifted = mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * seen.axes[:, 2])
-        matrix, right, _, curvature = _assembled(lifted, imagery, seen, lit, options)
-        held -= np.bincount(corners, right.ravel(), count) / (2 * moves_mm)
-        rows = (matrix * curvature[:, None])[:, _ROWS].sum(axis=2)
-        believed += np.bincount(corners, rows.ravel(), count) / 2
-    ring = sp.csr_matrix(seen.thin_plate.neighbours + sp.eye(count))
+        moves_mm = step_px * observed.pixel_mm
+        moved_photometry = _extrapolated(photometry, moves_mm)
+        moved = mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * observed.axes[:, 2])
+        matrix, right, _, curvature = _face_equations(
+            moved, imagery, observed, moved_photometry, options
+        )
+        measured -= np.bincount(corners, right.ravel(), count) / (2 * moves_mm)
+        rows = (matrix * curvature[:, None])[:, _SYMMETRIC_IDX].sum(axis=2)
+        formal += np.bincount(corners, rows.ravel(), count) / 2
+    ring = sp.csr_matrix(observed.thin_plate.neighbours + sp.eye(count))
     for _ in range(_SIGNAL_RINGS):
-        held, believed = ring @ held, ring @ believed
-    return np.clip(held / np.maximum(believed, 1e-12), _LEAST_SIGNAL, 1.0)
+        measured, formal = ring @ measured, ring @ formal
+    return np.clip(measured / np.maximum(formal, 1e-12), _MIN_SIGNAL, 1.0)
+
+
+def _extrapolated(
+    photometry: Float32[np.ndarray, "n c 4"], moves_mm: Float64[np.ndarray, " n"]
+) -> Float32[np.ndarray, "n c 4"]:
+    """The parameters with their means extrapolated to a moved surface."""
+    photometry = photometry.copy()
+    photometry[..., MEAN] += photometry[..., MEAN_PER_MM] * moves_mm[:, None].astype(np.float32)
+    return photometry
 
 
 def _painted_density(
@@ -419,36 +430,38 @@ def _painted_density(
 ) -> float:
     """Typical weight per area where the limb is painted.
 
-    How stiff the plate is follows from the limb's relief and not from the share that is painted.
-    Half of all signal lies where it is denser than some weight, of which bare skin takes nothing
-    away; where paint is everywhere, the median over the surface is a third of that weight.
+    The stiffness of the plate should follow from the limb's relief, not from the painted share. The
+    density above which half of all signal lies does not depend on bare skin; where paint is
+    everywhere, the median over the surface is a third of it.
     """
     order = np.argsort(density, kind="stable")
-    below = np.cumsum((signal * density)[order])
-    half = np.searchsorted(below, below[-1] / 2)
-    return max(float(np.median(density)), _OF_DENSEST * float(density[order][half]))
+    cumulative = np.cumsum((signal * density)[order])
+    half = np.searchsorted(cumulative, cumulative[-1] / 2)
+    return max(float(np.median(density)), _MIN_DENSITY_RATIO * float(density[order][half]))
 
 
-def _assembled(
+def _face_equations(
     mesh: Mesh,
     imagery: Imagery,
-    seen: SeenSurface,
-    light: Float32[np.ndarray, "n c 4"],
+    observed: ObservedSurface,
+    photometry: Float32[np.ndarray, "n c 4"],
     options: ResidualOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Matrix, right side, pull and curvature of all faces, as `assemble` has them."""
+    """The normal equations of all faces, as `assemble` returns them."""
     return assemble(
         imagery,
-        seen.seen_by,
-        light,
+        observed.seen_by,
+        photometry,
         mesh,
-        np.ascontiguousarray(seen.axes[:, 2]),
+        np.ascontiguousarray(observed.axes[:, 2]),
         face_points(options.face_parts),
-        Trust(_NOISE_GREY, _NOISE_PX, options.robust_sigmas),
+        NoiseModel(_NOISE_GREY, _NOISE_PX, options.robust_sigmas),
     )
 
 
-def _sparse(matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int) -> sp.csr_matrix:
+def _sparse_matrix(
+    matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int
+) -> sp.csr_matrix:
     """The faces' 3 x 3 blocks as one symmetric matrix."""
     rows, columns = faces[:, [0, 0, 0, 1, 1, 2]], faces[:, [0, 1, 2, 1, 2, 2]]
     upper = sp.csr_matrix((matrix.ravel(), (rows.ravel(), columns.ravel())), (count, count))
@@ -459,12 +472,12 @@ def _sparse(matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int) -
     return sp.csr_matrix(upper + mirrored)
 
 
-def _believed(
+def _accepted(
     report: Float32[np.ndarray, "n 5"],
     offsets_mm: Float64[np.ndarray, " n"],
     pixel_mm: Float64[np.ndarray, " n"],
 ) -> Bool[np.ndarray, " n"]:
-    """Patches that converged, correlate and stayed near."""
+    """Patches that converged, correlate and moved little."""
     return (
         (report[:, 0] == MEASURED)
         & (report[:, 3] >= _MIN_CORRELATION)

@@ -5,8 +5,8 @@ shows the same unknown texture with its own gain and mean; texture, gains and me
 eliminated (the texture is the leading left singular vector of the photos' windows, derivative
 after Kaufman 1975), so that no photo is the reference. The patch is curved by a given quadric:
 without it the surface sinks.
-Threads take blocks of patches. What the kernels call is compiled into them (`forceinline`): linked
-from elsewhere, it was compiled once more where a cache was read, and gave other last digits.
+Threads take blocks of patches. Functions that the kernels call are inlined (`forceinline`): linked
+ones were compiled once more when the cache was read, and gave other last digits.
 Gruen and Baltsavias 1988 (geometrically constrained matching); Furukawa and Ponce 2010.
 """
 
@@ -19,25 +19,25 @@ from limbgram.core.run import in_parallel
 from limbgram.core.solvers import adjugate
 from limbgram.reconstruction.measuring.imagery import Imagery
 from limbgram.reconstruction.measuring.sampling import (
-    HALF,
+    HALF_WIDTH,
     SAMPLES,
-    agreeing,
-    gram_of,
+    drop_inconsistent_photos,
+    fill_gram,
     sample_windows,
-    window_room,
+    window_buffer,
     window_weights,
 )
 
 f4 = np.float32
 
 _BLOCK = 2048
-"""Patches that a thread takes at a time."""
-_LEAST_VARIANCE = 4.0
-"""Windows of less grey variance carry no texture."""
+"""Patches per block of a thread."""
+_MIN_VARIANCE = 4.0
+"""Windows of less grey variance count as untextured."""
 _MAX_SLOPE = 1.2
 _SLOPE_PRIOR = 0.3
 
-MEASURED, UNSEEN, UNLIKE, SINGULAR, STRAYED, STEEP = 1, 0, -1, -2, -3, -4
+MEASURED, UNSEEN, INCONSISTENT, SINGULAR, DIVERGED, STEEP = 1, 0, -1, -2, -3, -4
 """Outcome of a patch; every value but MEASURED is a failure."""
 
 
@@ -48,10 +48,10 @@ def measure_patches(
     axes: np.ndarray,
     quadric: np.ndarray,
     step_mm: np.ndarray,
-    rounds: int,
+    max_iterations: int,
     state: np.ndarray,
 ) -> np.ndarray:
-    """Measure every patch.
+    """Offset and slopes of every patch, in `state`, and a report on each.
 
     seen_by   (n, c) int32, photos of each patch, -1 = none
     axes      (n, 3, 3): two tangents and the normal, rows
@@ -67,7 +67,7 @@ def measure_patches(
         last = min(first + _BLOCK, len(seen_by))
         _measure_block(
             imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, vertices,
-            axes, quadric, step_mm, rounds, state, report, first, last,
+            axes, quadric, step_mm, max_iterations, state, report, first, last,
         )  # fmt: skip
 
     in_parallel(block, range(0, len(seen_by), _BLOCK))
@@ -85,23 +85,23 @@ def _measure_block(
     axes: np.ndarray,
     quadric: np.ndarray,
     step_mm: np.ndarray,
-    rounds: int,
+    max_iterations: int,
     state: np.ndarray,
     report: np.ndarray,
     first: int,
     last: int,
 ):
-    """Measure the patches from `first` up to `last`, each by itself."""
+    """Measure the patches from `first` up to `last`, each independently."""
     most = seen_by.shape[1]
     value = np.empty((most, SAMPLES), np.float32)
     slope = np.empty((most, SAMPLES), np.float32)
     texture = np.empty(SAMPLES, np.float32)
     texture_slope = np.empty(SAMPLES, np.float32)
-    weights, room = window_weights(), window_room()
-    effective = f4(0)
+    weights, buffer = window_weights(), window_buffer()
+    effective_samples = f4(0)
     for k in range(SAMPLES):
-        effective += weights[k] * weights[k]
-    effective = f4(1) / effective
+        effective_samples += weights[k] * weights[k]
+    effective_samples = f4(1) / effective_samples
     gains = np.empty(most)
     gram = np.empty((most, most))
     scratch = np.empty(most)
@@ -109,56 +109,60 @@ def _measure_block(
     photo_of = np.empty(most, np.int64)
     normal = np.empty(9)
     for p in range(first, last):
-        for turn in range(rounds + 1):
-            used, per_mm = sample_windows(
+        for iteration in range(max_iterations + 1):
+            used, px_per_mm = sample_windows(
                 coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-                quadric[p], step_mm[p], state[p], weights, room, value, slope, mean, photo_of,
-                _LEAST_VARIANCE,
+                quadric[p], step_mm[p], state[p], weights, buffer, value, slope, mean, photo_of,
+                _MIN_VARIANCE,
             )  # fmt: skip
             if used < 2:
                 report[p, 0] = UNSEEN
                 break
-            gram_of(value, weights, used, gram)
-            seen = used
-            used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch, 0.0)
+            fill_gram(value, weights, used, gram)
+            initial = used
+            used = drop_inconsistent_photos(
+                value, slope, mean, photo_of, used, gram, gains, scratch, 0.0
+            )
             if used == 0:
-                report[p, 0] = UNLIKE
+                report[p, 0] = INCONSISTENT
                 break
-            total = 0.0
+            window_energy = 0.0
             for i in range(used):
-                total += gram[i, i]
+                window_energy += gram[i, i]
             energy = _mean_texture(value, slope, weights, gains, used, texture, texture_slope)
             _normal_equations(
                 value, slope, weights, gains, used, texture, texture_slope, energy,
                 step_mm[p], normal,
             )  # fmt: skip
-            freedom = (used - 1) * (effective - 2) - 3
-            noise2 = max((total - energy) * effective / max(freedom, 1.0), 0.0)
-            prior = max(noise2, 0.5) / (effective * _SLOPE_PRIOR**2)
-            step_d, step_a, step_b, cofactor = _solve(normal, prior, state[p])
+            degrees_of_freedom = (used - 1) * (effective_samples - 2) - 3
+            noise2 = max(
+                (window_energy - energy) * effective_samples / max(degrees_of_freedom, 1.0), 0.0
+            )
+            prior = max(noise2, 0.5) / (effective_samples * _SLOPE_PRIOR**2)
+            step_d, step_a, step_b, cofactor = _solve_step(normal, prior, state[p])
             if not cofactor > 0:
                 report[p, 0] = SINGULAR
                 break
-            report[p, 1] = math.sqrt(noise2 / effective * cofactor)
+            report[p, 1] = math.sqrt(noise2 / effective_samples * cofactor)
             report[p, 2] = math.sqrt(noise2)
-            alike = (energy / total * used - 1) / (used - 1)
-            report[p, 3] = alike * used / seen
+            correlation = (energy / window_energy * used - 1) / (used - 1)
+            report[p, 3] = correlation * used / initial
             report[p, 4] = used
             report[p, 0] = MEASURED
-            if turn == rounds:
+            if iteration == max_iterations:
                 break
-            if not abs(step_d) * per_mm < 6:
-                report[p, 0] = STRAYED
+            if not abs(step_d) * px_per_mm < 6:
+                report[p, 0] = DIVERGED
                 break
-            damping = 1.0 / max(1.0, abs(step_d) * per_mm / 1.5)
+            damping = 1.0 / max(1.0, abs(step_d) * px_per_mm / 1.5)
             state[p, 0] += damping * step_d
             state[p, 1] += damping * step_a
             state[p, 2] += damping * step_b
             if abs(state[p, 1]) > _MAX_SLOPE or abs(state[p, 2]) > _MAX_SLOPE:
                 report[p, 0] = STEEP
                 break
-            reach = (abs(step_a) + abs(step_b)) * HALF * step_mm[p]
-            if abs(step_d) * per_mm < 0.01 and reach * per_mm < 0.03:
+            reach = (abs(step_a) + abs(step_b)) * HALF_WIDTH * step_mm[p]
+            if abs(step_d) * px_per_mm < 0.01 and reach * px_per_mm < 0.03:
                 break
 
 
@@ -172,7 +176,7 @@ def _mean_texture(
     texture: np.ndarray,
     texture_slope: np.ndarray,
 ):
-    """The common texture and its change with d; returns the texture's weighted energy."""
+    """Fill the common texture and its change with d; returns the texture's weighted energy."""
     energy = f4(0)
     for k in range(SAMPLES):
         grey, change = f4(0), f4(0)
@@ -197,13 +201,13 @@ def _normal_equations(
     step: float,
     normal: np.ndarray,
 ):
-    """Upper triangle (6) and right side (3) for d and the slopes.
+    """Fill the upper triangle (6) and right-hand side (3) of the equations for d and the slopes.
 
     With windows G = gains texture^T, H_j their change by parameter j, a and t the unit gains and
     texture: texture and gains are eliminated by (I - a a^T) H_j (I - t t^T), means by weighted
-    centring. The residual is orthogonal to both, so the right side needs no projection.
+    centring. The residual is orthogonal to both, so the right-hand side needs no projection.
     """
-    side = 2 * HALF + 1
+    side = 2 * HALF_WIDTH + 1
     for k in range(9):
         normal[k] = 0.0
     per_energy = f4(1) / energy
@@ -216,7 +220,7 @@ def _normal_equations(
         r0 = r1 = r2 = f4(0)
         m00 = m01 = m02 = m11 = m12 = m22 = f4(0)
         for k in range(SAMPLES):
-            u, v = f4((k % side - HALF) * step), f4((k // side - HALF) * step)
+            u, v = f4((k % side - HALF_WIDTH) * step), f4((k // side - HALF_WIDTH) * step)
             change = texture_slope[k] if common else slope[i, k]
             residual = f4(0) if common else value[i, k] - gain * texture[k]
             w0 = weights[k] * change
@@ -248,8 +252,10 @@ def _normal_equations(
 
 
 @njit(cache=True, forceinline=True)
-def _solve(normal: np.ndarray, prior: float | np.float32, state: np.ndarray) -> tuple[float, ...]:
-    """Steps of d and the slopes, and the cofactor of d; slopes are held by a weak prior."""
+def _solve_step(
+    normal: np.ndarray, prior: float | np.float32, state: np.ndarray
+) -> tuple[float, ...]:
+    """Steps of d and the slopes under a weak prior on the slopes, and the cofactor of d."""
     m00, m01, m02 = normal[0], normal[1], normal[2]
     m11, m12, m22 = normal[3] + prior, normal[4], normal[5] + prior
     r0, r1, r2 = normal[6], normal[7] - prior * state[1], normal[8] - prior * state[2]

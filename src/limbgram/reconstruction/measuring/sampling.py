@@ -12,29 +12,29 @@ f4 = np.float32
 MARGIN_PX = 3.0
 """Samples stay this far inside a crop: the reach of the cubic B-spline and a little more."""
 
-HALF = 4
-SAMPLES = (2 * HALF + 1) ** 2
+HALF_WIDTH = 4
+SAMPLES = (2 * HALF_WIDTH + 1) ** 2
 """Samples of a window: 9 x 9, one step apart."""
-_ROW = 96
-"""Room for one number of each sample."""
-_ALONG, _DOWN, _T, _S, _COLUMN, _LINE, _GREY, _CHANGE = range(8)
-_NEAR = 8
-"""Rows of a window's room: the samples' places in the window; their places in a pixel; the pixel;
-the results; and the 16 coefficients round each."""
+_STRIDE = 96
+"""Length of a row of the buffer: one number per sample, padded."""
+_U, _V, _FRACTION_X, _FRACTION_Y, _PIXEL_X, _PIXEL_Y, _GREY, _CHANGE = range(8)
+_COEFFICIENTS = 8
+"""Rows of a window's buffer: the samples' position in the window, their fraction of a pixel, their
+pixel, the results, and the 16 coefficients round each."""
 
-_GAIN_STEPS = 12
-_LEAST_CORRELATION = 0.5
-"""A photo whose window agrees less with what all show there is left out."""
-_SHOWN = 4.0
-"""Texture is clearly above the noise from this multiple of its power on, twice its amplitude. With
-photos left in that show none of it, RMS in burnt-out paint grew from 0.0176 to 0.0255 mm."""
+_POWER_ITERATIONS = 12
+_MIN_CORRELATION = 0.5
+"""A photo whose window correlates less with the common texture is left out."""
+_TEXTURE_OVER_NOISE = 4.0
+"""Power of texture over that of noise from which photos must show it: twice the amplitude. With
+textureless photos left in, RMS in burnt-out paint grew from 0.0176 to 0.0255 mm."""
 
 
 @njit(inline="always")
 def project(view: np.ndarray, x: float, y: float, z: float) -> tuple[float, ...]:
     """Pixel (u, v) of a world point through the exact lens, and d(u, v)/d(x, y, z) as 6 numbers.
 
-    `view` is View.packed. It gives numbers and no arrays, and is inlined: the measuring kernels
+    `view` is View.packed. It returns numbers, not arrays, and is inlined: the measuring kernels
     project each sample, and their compiler may reorder the sums (fastmath).
     """
     a = view[0] * x + view[1] * y + view[2] * z + view[9]
@@ -93,48 +93,50 @@ def interpolate(coefficients: np.ndarray, start: int, width: int, x: float, y: f
 
 @njit(fastmath=True, cache=True, forceinline=True)
 def window_weights():
-    """Gaussian over the patch, sum 1."""
+    """Gaussian weights of a window's samples, sum 1."""
     weights = np.empty(SAMPLES, np.float32)
-    side = 2 * HALF + 1
+    side = 2 * HALF_WIDTH + 1
     for k in range(SAMPLES):
-        u, v = k % side - HALF, k // side - HALF
-        weights[k] = math.exp(-0.5 * (u * u + v * v) / (0.75 * HALF) ** 2)
+        u, v = k % side - HALF_WIDTH, k // side - HALF_WIDTH
+        weights[k] = math.exp(-0.5 * (u * u + v * v) / (0.75 * HALF_WIDTH) ** 2)
     return weights / weights.sum()
 
 
 @njit(cache=True, forceinline=True)
-def window_room():
-    """Where `sample_windows` works: one array, so that its loops run over several samples at once.
+def window_buffer():
+    """The working memory of `sample_windows`: one array, so that its loops are vectorised.
 
-    Loops that may write what they read are not vectorised, and of two arrays nobody knows.
+    The compiler does not vectorise loops over two arrays, which might overlap.
     """
-    side = 2 * HALF + 1
-    room = np.zeros((_NEAR + 16) * _ROW, np.float32)
+    side = 2 * HALF_WIDTH + 1
+    buffer = np.zeros((_COEFFICIENTS + 16) * _STRIDE, np.float32)
     for k in range(SAMPLES):
-        room[_ALONG * _ROW + k] = k % side - HALF
-        room[_DOWN * _ROW + k] = k // side - HALF
-    return room
+        buffer[_U * _STRIDE + k] = k % side - HALF_WIDTH
+        buffer[_V * _STRIDE + k] = k // side - HALF_WIDTH
+    return buffer
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
 def sample_windows(
     coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
     seen_by: np.ndarray, vertex: np.ndarray, axes: np.ndarray, quadric: np.ndarray, step: float,
-    state: np.ndarray, weights: np.ndarray, room: np.ndarray, value: np.ndarray,
+    state: np.ndarray, weights: np.ndarray, buffer: np.ndarray, value: np.ndarray,
     slope: np.ndarray, mean: np.ndarray, photo_of: np.ndarray, least_variance: float,
 ):  # fmt: skip
-    """Windows of all photos (weighted mean taken off) and their change per mm along the normal.
+    """Fill the photos' windows, less their weighted means, and their change per mm of offset.
 
     Returns the number of photos with a whole, textured window, and the mean pixels per mm.
     """
     shift = 0.5 * factor - 0.5
     used = 0
-    per_mm = 0.0
+    px_per_mm = 0.0
     x = vertex[0] + state[0] * axes[2, 0]
     y = vertex[1] + state[0] * axes[2, 1]
     z = vertex[2] + state[0] * axes[2, 2]
     bend = 0.5 * step * step
-    highest = bend * HALF * HALF * (abs(quadric[0]) + 2 * abs(quadric[1]) + abs(quadric[2]))
+    highest = (
+        bend * HALF_WIDTH * HALF_WIDTH * (abs(quadric[0]) + 2 * abs(quadric[1]) + abs(quadric[2]))
+    )
     q0, q1, q2 = f4(bend * quadric[0]), f4(2 * bend * quadric[1]), f4(bend * quadric[2])
     for photo in seen_by:
         if photo < 0:
@@ -150,61 +152,68 @@ def sample_windows(
         ay = ((vx * axes[0, 0] + vy * axes[0, 1] + vz * axes[0, 2]) * factor + state[1] * ny) * step
         bx = ((ux * axes[1, 0] + uy * axes[1, 1] + uz * axes[1, 2]) * factor + state[2] * nx) * step
         by = ((vx * axes[1, 0] + vy * axes[1, 1] + vz * axes[1, 2]) * factor + state[2] * ny) * step
-        reach_x = HALF * (abs(ax) + abs(bx)) + highest * abs(nx) + MARGIN_PX
-        reach_y = HALF * (abs(ay) + abs(by)) + highest * abs(ny) + MARGIN_PX
+        reach_x = HALF_WIDTH * (abs(ax) + abs(bx)) + highest * abs(nx) + MARGIN_PX
+        reach_y = HALF_WIDTH * (abs(ay) + abs(by)) + highest * abs(ny) + MARGIN_PX
         if not (
             cx > reach_x and cy > reach_y and cx + reach_x < width - 1 and cy + reach_y < height - 1
         ):
             continue
-        # Places count from a pixel before the window, so that cutting off decimals is the floor.
+        # Positions start before the window and are positive, so that truncation is the floor.
         left, top = int(cx) - int(reach_x), int(cy) - int(reach_y)
         x0, y0, fx, fy = f4(cx - left), f4(cy - top), f4(nx), f4(ny)
         axf, ayf, bxf, byf = f4(ax), f4(ay), f4(bx), f4(by)
         for k in range(SAMPLES):
-            i, j = room[_ALONG * _ROW + k], room[_DOWN * _ROW + k]
+            i, j = buffer[_U * _STRIDE + k], buffer[_V * _STRIDE + k]
             lift = q0 * i * i + q1 * i * j + q2 * j * j
             right, down = x0 + axf * i + bxf * j + fx * lift, y0 + ayf * i + byf * j + fy * lift
             column, line = f4(np.int32(right)), f4(np.int32(down))
-            room[_T * _ROW + k], room[_S * _ROW + k] = right - column, down - line
-            room[_COLUMN * _ROW + k], room[_LINE * _ROW + k] = column, line
-        _fetch(coefficients, start + (top - 1) * width + left - 1, width, room)
-        _interpolate_all(room, fx, fy)
+            buffer[_FRACTION_X * _STRIDE + k], buffer[_FRACTION_Y * _STRIDE + k] = (
+                right - column,
+                down - line,
+            )
+            buffer[_PIXEL_X * _STRIDE + k], buffer[_PIXEL_Y * _STRIDE + k] = column, line
+        _fetch_coefficients(coefficients, start + (top - 1) * width + left - 1, width, buffer)
+        _interpolate_all(buffer, fx, fy)
         level = f4(0)
         for k in range(SAMPLES):
-            level += weights[k] * room[_GREY * _ROW + k]
+            level += weights[k] * buffer[_GREY * _STRIDE + k]
         variance = f4(0)
         for k in range(SAMPLES):
-            grey = room[_GREY * _ROW + k] - level
+            grey = buffer[_GREY * _STRIDE + k] - level
             variance += weights[k] * grey * grey
         if variance < least_variance:
             continue
         for k in range(SAMPLES):
-            value[used, k] = room[_GREY * _ROW + k] - level
-            slope[used, k] = room[_CHANGE * _ROW + k]
+            value[used, k] = buffer[_GREY * _STRIDE + k] - level
+            slope[used, k] = buffer[_CHANGE * _STRIDE + k]
         mean[used] = level
         photo_of[used] = photo
         used += 1
-        per_mm += math.sqrt(nx * nx + ny * ny)
-    return used, per_mm / max(used, 1)
+        px_per_mm += math.sqrt(nx * nx + ny * ny)
+    return used, px_per_mm / max(used, 1)
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def _fetch(coefficients: np.ndarray, first: int, width: int, room: np.ndarray):
-    """The 4 x 4 coefficients round each sample; `first` is where column and line are 0."""
+def _fetch_coefficients(coefficients: np.ndarray, first: int, width: int, buffer: np.ndarray):
+    """Fill the 4 x 4 coefficients round each sample; `first` is the index of pixel (0, 0)."""
     for k in range(SAMPLES):
-        at = first + np.int64(room[_LINE * _ROW + k]) * width + np.int64(room[_COLUMN * _ROW + k])
+        at = (
+            first
+            + np.int64(buffer[_PIXEL_Y * _STRIDE + k]) * width
+            + np.int64(buffer[_PIXEL_X * _STRIDE + k])
+        )
         for row in range(4):
             for column in range(4):
                 c = coefficients[np.uint64(at + row * width + column)]
-                room[(_NEAR + 4 * row + column) * _ROW + k] = c
+                buffer[(_COEFFICIENTS + 4 * row + column) * _STRIDE + k] = c
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def _interpolate_all(room: np.ndarray, nx: np.float32, ny: np.float32):
-    """Grey values of a window's samples, and their change along (nx, ny), as `interpolate` has."""
+def _interpolate_all(buffer: np.ndarray, nx: np.float32, ny: np.float32):
+    """Fill grey values of a window's samples, and their change along (nx, ny), as `interpolate`."""
     third, half, sixth, one = f4(2 / 3), f4(0.5), f4(1 / 6), f4(1)
     for k in range(SAMPLES):
-        t, s = room[_T * _ROW + k], room[_S * _ROW + k]
+        t, s = buffer[_FRACTION_X * _STRIDE + k], buffer[_FRACTION_Y * _STRIDE + k]
         t1, s1 = one - t, one - s
         a0, a3 = t1 * t1 * t1 * sixth, t * t * t * sixth
         a1 = third + t * t * (half * t - one)
@@ -220,21 +229,27 @@ def _interpolate_all(room: np.ndarray, nx: np.float32, ny: np.float32):
         e2 = -e0 - e1 - e3
         grey, along_x, along_y = f4(0), f4(0), f4(0)
         for column in range(4):
-            c0, c1 = room[(_NEAR + column) * _ROW + k], room[(_NEAR + 4 + column) * _ROW + k]
-            c2, c3 = room[(_NEAR + 8 + column) * _ROW + k], room[(_NEAR + 12 + column) * _ROW + k]
+            c0, c1 = (
+                buffer[(_COEFFICIENTS + column) * _STRIDE + k],
+                buffer[(_COEFFICIENTS + 4 + column) * _STRIDE + k],
+            )
+            c2, c3 = (
+                buffer[(_COEFFICIENTS + 8 + column) * _STRIDE + k],
+                buffer[(_COEFFICIENTS + 12 + column) * _STRIDE + k],
+            )
             down = b0 * c0 + b1 * c1 + b2 * c2 + b3 * c3
             a = a0 if column == 0 else a1 if column == 1 else a2 if column == 2 else a3
             d = d0 if column == 0 else d1 if column == 1 else d2 if column == 2 else d3
             grey += a * down
             along_x += d * down
             along_y += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
-        room[_GREY * _ROW + k] = grey
-        room[_CHANGE * _ROW + k] = along_x * nx + along_y * ny
+        buffer[_GREY * _STRIDE + k] = grey
+        buffer[_CHANGE * _STRIDE + k] = along_x * nx + along_y * ny
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def gram_of(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarray):
-    """Weighted products of the windows with each other."""
+def fill_gram(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarray):
+    """Fill the Gram matrix: weighted products of the windows."""
     for i in range(used):
         for j in range(i + 1):
             product = f4(0)
@@ -246,10 +261,10 @@ def gram_of(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarray)
 
 @njit(fastmath=True, cache=True, forceinline=True)
 def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.ndarray):
-    """Leading unit eigenvector of the Gram matrix; False if a photo shows something else."""
+    """Fill the leading unit eigenvector of the Gram matrix; False unless all gains are positive."""
     for i in range(used):
         gains[i] = math.sqrt(gram[i, i])
-    for _ in range(_GAIN_STEPS):
+    for _ in range(_POWER_ITERATIONS):
         length = 0.0
         for i in range(used):
             row = 0.0
@@ -260,14 +275,14 @@ def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.nd
         length = 1.0 / math.sqrt(length)
         for i in range(used):
             gains[i] = scratch[i] * length
-    alike = True
+    all_positive = True
     for i in range(used):
-        alike = alike and gains[i] > 0.02
-    return alike
+        all_positive = all_positive and gains[i] > 0.02
+    return all_positive
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def agreeing(
+def drop_inconsistent_photos(
     value: np.ndarray,
     slope: np.ndarray,
     mean: np.ndarray,
@@ -278,38 +293,38 @@ def agreeing(
     scratch: np.ndarray,
     noise: float,
 ):
-    """Leave out, one by one, the photos whose window is unlike the others': a highlight, a
-    shadow's edge, something else before the limb.
+    """Drop, one by one, the photos whose windows are inconsistent with the others': a highlight, a
+    shadow's edge, an object before the limb.
 
-    What differs by no more than `noise`, grey levels squared, is not unlike: bare skin would be
-    left with the two photos whose noise is alike by chance, and those hold the surface where it is.
-    A photo without contrast where the others show texture, as in burnt-out paint, is unlike.
+    Differences up to `noise`, grey levels squared, are consistent: otherwise bare skin would keep
+    the two photos whose noise correlates by chance, and those keep the surface from moving. A photo
+    without contrast where the others show texture, as in burnt-out paint, is inconsistent.
 
-    Arrays are closed up and `gains` found. Returns the photos that stay; 0 where half of them or
-    more would go, or the last two differ.
+    Arrays are compacted and `gains` filled. Returns the number of photos that remain; 0 if half of
+    them or more would go, or the last two are inconsistent.
     """
-    seen = used
+    initial = used
     while True:
-        alike = leading_gains(gram, used, gains, scratch)
+        all_positive = leading_gains(gram, used, gains, scratch)
         energy = 0.0
         for i in range(used):
             for j in range(used):
                 energy += gains[i] * gram[i, j] * gains[j]
-        worst, lowest, loud = -1, _LEAST_CORRELATION, 0
+        worst, lowest, textured = -1, _MIN_CORRELATION, 0
         for i in range(used):
-            loud += gram[i, i] >= noise
-            blank = gram[i, i] < noise and energy > _SHOWN * used * noise
-            if gram[i, i] - gains[i] * gains[i] * energy < noise and not blank:
+            textured += gram[i, i] >= noise
+            textureless = gram[i, i] < noise and energy > _TEXTURE_OVER_NOISE * used * noise
+            if gram[i, i] - gains[i] * gains[i] * energy < noise and not textureless:
                 continue
             correlation = gains[i] * math.sqrt(energy / max(gram[i, i], 1e-9))
             if correlation < lowest:
                 worst, lowest = i, correlation
-        if loud == 1:  # the others show nothing: what this one shows is no texture
+        if textured == 1:  # a single photo with contrast shows no common texture
             worst = np.argmax(gains[:used])
         if worst < 0 or used < 3:
-            return used if alike or (worst < 0 and noise > 0) else 0
+            return used if all_positive or (worst < 0 and noise > 0) else 0
         used -= 1
-        if 2 * used <= seen:
+        if 2 * used <= initial:
             return 0
         mean[worst], photo_of[worst] = mean[used], photo_of[used]
         for k in range(SAMPLES):

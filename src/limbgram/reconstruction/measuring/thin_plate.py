@@ -1,12 +1,12 @@
-"""The thin plate: bending energy that regularises the surface where its vertices are uncertain.
+"""Thin plate: bending energy that regularises the surface where its vertices are uncertain.
 
-Cotangent Laplacian (Pinkall and Polthier 1993). The bending energy acts on the whole surface, not
-on the correction, so that noise does not stay from round to round. Folds are let be: the edge of a
-thin part is no noise.
+The Laplacian has cotangent weights (Pinkall and Polthier 1993). The bending energy acts on the
+whole surface, not on the correction, so that noise does not remain from round to round. Folds are
+not smoothed: the edge of a thin part is no noise.
 
-Sparse systems are solved by conjugate gradients (Hestenes and Stiefel 1952) with diagonal
-preconditioning, compiled: one pass over the matrix a step, one thread, the same bytes on every run.
-How the surface bends round each vertex is a quadric fitted over two rings by least squares.
+Conjugate gradients (Hestenes and Stiefel 1952) with a diagonal preconditioner solve the sparse
+systems, compiled: one pass over the matrix per iteration, one thread, the same bytes on every run.
+The curvature at each vertex is that of a quadric fitted to its 2-ring by least squares.
 """
 
 from collections.abc import Sequence
@@ -19,19 +19,20 @@ from jaxtyping import Float64
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_vertices
 
 _TOLERANCE = 1e-3
-_MOST_STEPS = 200
-_TOGETHER = 4
-"""Right sides that are solved in one pass over the system."""
+_MAX_ITERATIONS = 200
+_COLUMNS = 4
+"""Right-hand sides that are solved in one pass over the system."""
 
 
 def solve(
     system: sp.csr_matrix, right: Float64[np.ndarray, " n"], start: Float64[np.ndarray, " n"]
 ) -> Float64[np.ndarray, " n"]:
-    """Solution of a positive definite system, to a thousandth of the right side."""
+    """Solution of a positive definite system, to a thousandth of the right-hand side."""
     solution = np.array(start, np.float64)
-    _iterate(
+    _conjugate_gradients(
         system.data,
         system.indices.astype(np.int32),
         system.indptr.astype(np.int32),
@@ -39,7 +40,7 @@ def solve(
         np.ascontiguousarray(right, np.float64),
         solution,
         _TOLERANCE,
-        _MOST_STEPS,
+        _MAX_ITERATIONS,
     )
     return solution
 
@@ -47,27 +48,34 @@ def solve(
 def solve_all(
     system: sp.csr_matrix, rights: Sequence[Float64[np.ndarray, " n"]]
 ) -> list[Float64[np.ndarray, " n"]]:
-    """The solutions of several right sides, each as `solve` has it, to the byte.
+    """Solutions of several right-hand sides, bit-identical to `solve` from right / diagonal.
 
-    Four are solved together, which reads the system once: less than half the time.
+    Four are solved together and read the system once, which halves the time.
     """
     diagonal = system.diagonal().astype(np.float64)
     indices, starts = system.indices.astype(np.int32), system.indptr.astype(np.int32)
     found: list[Float64[np.ndarray, " n"]] = []
-    for first in range(0, len(rights), _TOGETHER):
-        some = rights[first : first + _TOGETHER]
-        columns = np.zeros((len(diagonal), _TOGETHER))
-        columns[:, : len(some)] = np.column_stack(some)
-        answers = columns / diagonal[:, None]
-        _iterate_four(
-            system.data, indices, starts, 1.0 / diagonal, columns, answers, _TOLERANCE, _MOST_STEPS
+    for first in range(0, len(rights), _COLUMNS):
+        batch = rights[first : first + _COLUMNS]
+        columns = np.zeros((len(diagonal), _COLUMNS))
+        columns[:, : len(batch)] = np.column_stack(batch)
+        solutions = columns / diagonal[:, None]
+        _conjugate_gradients_four(
+            system.data,
+            indices,
+            starts,
+            1.0 / diagonal,
+            columns,
+            solutions,
+            _TOLERANCE,
+            _MAX_ITERATIONS,
         )
-        found += [np.ascontiguousarray(answers[:, k]) for k in range(len(some))]
+        found += [np.ascontiguousarray(solutions[:, k]) for k in range(len(batch))]
     return found
 
 
 @njit(cache=True, nogil=True)
-def _iterate(
+def _conjugate_gradients(
     data: np.ndarray,
     indices: np.ndarray,
     starts: np.ndarray,
@@ -77,9 +85,10 @@ def _iterate(
     tolerance: float,
     steps: int,
 ):
+    """Conjugate gradients on one right-hand side; fills `solution`, which holds the start."""
     count = len(right)
-    residual, direction, image = np.empty(count), np.empty(count), np.empty(count)
-    size = 0.0
+    residual, direction, product = np.empty(count), np.empty(count), np.empty(count)
+    right_norm2 = 0.0
     energy = 0.0
     for i in range(count):
         total = 0.0
@@ -88,35 +97,35 @@ def _iterate(
         residual[i] = right[i] - total
         direction[i] = preconditioner[i] * residual[i]
         energy += residual[i] * direction[i]
-        size += right[i] * right[i]
-    goal = tolerance * tolerance * size
+        right_norm2 += right[i] * right[i]
+    goal = tolerance * tolerance * right_norm2
     for _ in range(steps):
-        left = 0.0
+        residual_norm2 = 0.0
         for i in range(count):
-            left += residual[i] * residual[i]
-        if left <= goal:
+            residual_norm2 += residual[i] * residual[i]
+        if residual_norm2 <= goal:
             return
         curvature = 0.0
         for i in range(count):
             total = 0.0
             for k in range(starts[i], starts[i + 1]):
                 total += data[k] * direction[indices[k]]
-            image[i] = total
+            product[i] = total
             curvature += total * direction[i]
         step = energy / curvature
-        renewed = 0.0
+        new_energy = 0.0
         for i in range(count):
             solution[i] += step * direction[i]
-            residual[i] -= step * image[i]
-            renewed += preconditioner[i] * residual[i] * residual[i]
-        ratio = renewed / energy
-        energy = renewed
+            residual[i] -= step * product[i]
+            new_energy += preconditioner[i] * residual[i] * residual[i]
+        ratio = new_energy / energy
+        energy = new_energy
         for i in range(count):
             direction[i] = preconditioner[i] * residual[i] + ratio * direction[i]
 
 
 @njit(cache=True, nogil=True)
-def _iterate_four(
+def _conjugate_gradients_four(
     data: np.ndarray,
     indices: np.ndarray,
     starts: np.ndarray,
@@ -126,44 +135,44 @@ def _iterate_four(
     tolerance: float,
     steps: int,
 ):
-    """As `_iterate`, for the four columns of `right`; what is solved moves no more."""
+    """`_conjugate_gradients` for the four columns of `right`; solved columns no longer change."""
     count = len(right)
-    residual, direction, image = np.empty((count, 4)), np.empty((count, 4)), np.empty((count, 4))
-    size, energy, renewed = np.zeros(4), np.zeros(4), np.zeros(4)
-    left, curvature, step, ratio = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
-    _times_four(data, indices, starts, solution, image)
+    residual, direction, product = np.empty((count, 4)), np.empty((count, 4)), np.empty((count, 4))
+    right_norm2, energy, new_energy = np.zeros(4), np.zeros(4), np.zeros(4)
+    residual_norm2, curvature, step, ratio = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
+    _multiply_four(data, indices, starts, solution, product)
     for i in range(count):
         for k in range(4):
-            residual[i, k] = right[i, k] - image[i, k]
+            residual[i, k] = right[i, k] - product[i, k]
             direction[i, k] = preconditioner[i] * residual[i, k]
             energy[k] += residual[i, k] * direction[i, k]
-            size[k] += right[i, k] * right[i, k]
+            right_norm2[k] += right[i, k] * right[i, k]
     for _ in range(steps):
-        _dots_of_four(residual, residual, left)
-        _times_four(data, indices, starts, direction, image)
-        _dots_of_four(image, direction, curvature)
-        busy = False
+        _dot_four(residual, residual, residual_norm2)
+        _multiply_four(data, indices, starts, direction, product)
+        _dot_four(product, direction, curvature)
+        running = False
         for k in range(4):
-            step[k] = renewed[k] = 0.0
-            if left[k] > tolerance * tolerance * size[k]:
-                step[k], busy = energy[k] / curvature[k], True
-        if not busy:
+            step[k] = new_energy[k] = 0.0
+            if residual_norm2[k] > tolerance * tolerance * right_norm2[k]:
+                step[k], running = energy[k] / curvature[k], True
+        if not running:
             return
         for i in range(count):
             for k in range(4):
                 solution[i, k] += step[k] * direction[i, k]
-                residual[i, k] -= step[k] * image[i, k]
-                renewed[k] += preconditioner[i] * residual[i, k] * residual[i, k]
+                residual[i, k] -= step[k] * product[i, k]
+                new_energy[k] += preconditioner[i] * residual[i, k] * residual[i, k]
         for k in range(4):
-            ratio[k] = 0.0 if step[k] == 0.0 else renewed[k] / energy[k]
-            energy[k] = renewed[k]
+            ratio[k] = 0.0 if step[k] == 0.0 else new_energy[k] / energy[k]
+            energy[k] = new_energy[k]
         for i in range(count):
             for k in range(4):
                 direction[i, k] = preconditioner[i] * residual[i, k] + ratio[k] * direction[i, k]
 
 
 @njit(cache=True, nogil=True)
-def _times_four(
+def _multiply_four(
     data: np.ndarray,
     indices: np.ndarray,
     starts: np.ndarray,
@@ -183,8 +192,8 @@ def _times_four(
 
 
 @njit(cache=True, nogil=True)
-def _dots_of_four(one: np.ndarray, other: np.ndarray, dots: np.ndarray):
-    """Fill the products of four columns with four others, added up row by row."""
+def _dot_four(one: np.ndarray, other: np.ndarray, dots: np.ndarray):
+    """Fill the dot products of four columns with four others, summed row by row."""
     first = second = third = fourth = 0.0
     for i in range(len(one)):
         first += one[i, 0] * other[i, 0]
@@ -194,33 +203,33 @@ def _dots_of_four(one: np.ndarray, other: np.ndarray, dots: np.ndarray):
     dots[0], dots[1], dots[2], dots[3] = first, second, third, fourth
 
 
-_LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 5.0
+_MIN_COTANGENT, _MAX_COTANGENT = 0.05, 5.0
 _RIM_WEIGHT = 8.0
-"""How strongly a rim vertex moves with its neighbours, in weights of a usual vertex."""
-_FOLD = 0.25
-"""Twice the mean curvature times the plate's length from which the surface is a fold."""
-_FOLD_RINGS, _LOOSE_RINGS = 2, 3
-"""Rings over which a fold is averaged, and round rims and fills that have none: nothing there
-tells a fold from an error."""
+"""Weight that couples a rim vertex to its neighbours, in median vertex weights."""
+_FOLD_CURVATURE = 0.25
+"""Twice the mean curvature times the plate's length at which a fold is smoothed half as much."""
+_FOLD_RINGS, _FOLD_FREE_RINGS = 2, 3
+"""Rings over which the curvature of folds is averaged, and rings round rims and fills where no
+folds are assumed: nothing there distinguishes a fold from an error."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThinPlate:
-    """Operators of one mesh."""
+    """Discrete operators of one mesh."""
 
     laplacian: sp.csr_matrix
-    """(n, n), 1/mm^2: mean curvature normal times two."""
+    """(n, n), 1/mm^2; of the vertices it gives the mean curvature normal times two."""
     area_mm2: Float64[np.ndarray, " n"]
     """A third of the area of the faces round each vertex."""
     neighbours: sp.csr_matrix
     """(n, n) 1 where two vertices share an edge."""
     is_boundary: np.ndarray
-    fold: Float64[np.ndarray, " n"]
-    """Twice the mean curvature, 1/mm, averaged over rings: folds stay, noise cancels out."""
+    fold_curvature: Float64[np.ndarray, " n"]
+    """Twice the mean curvature, 1/mm, averaged over rings: that of folds remains, noise cancels."""
 
 
 def thin_plate_of(mesh: Mesh) -> ThinPlate:
-    """Laplacian, areas and adjacency of a mesh."""
+    """The operators of a mesh: Laplacian, areas, adjacency and curvature of folds."""
     vertices, faces = mesh.vertices_mm, mesh.faces
     count = len(vertices)
     rows: list[np.ndarray] = []
@@ -232,7 +241,7 @@ def thin_plate_of(mesh: Mesh) -> ThinPlate:
         i, j, k = (faces[:, (corner + turn) % 3] for turn in range(3))
         to_i, to_j = vertices[i] - vertices[k], vertices[j] - vertices[k]
         cotangent = np.einsum("ij,ij->i", to_i, to_j) / np.maximum(doubled, 1e-12)
-        half = 0.5 * np.clip(cotangent, _LEAST_COTANGENT, _MOST_COTANGENT)
+        half = 0.5 * np.clip(cotangent, _MIN_COTANGENT, _MAX_COTANGENT)
         rows += [i, j]
         columns += [j, i]
         weights += [half, half]
@@ -241,33 +250,33 @@ def thin_plate_of(mesh: Mesh) -> ThinPlate:
         (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), (count, count)
     )
     laplacian = sp.diags(1 / area) @ (graph - sp.diags(np.asarray(graph.sum(1)).ravel()))
-    laplacian, neighbours = sp.csr_matrix(laplacian), _pattern(graph)
-    is_boundary = _on_boundary(faces, count)
-    loose = is_boundary if mesh.filled is None else is_boundary | mesh.filled
-    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), laplacian @ vertices)
+    laplacian, neighbours = sp.csr_matrix(laplacian), _adjacency(graph)
+    is_boundary = boundary_vertices(faces, count)
+    unreliable = is_boundary if mesh.filled is None else is_boundary | mesh.filled
+    curvature = np.einsum("ij,ij->i", mesh.vertex_normals(), laplacian @ vertices)
     return ThinPlate(
         laplacian=laplacian,
         area_mm2=area,
         neighbours=neighbours,
         is_boundary=is_boundary,
-        fold=_fold(bend, area, neighbours, loose),
+        fold_curvature=_fold_curvature(curvature, area, neighbours, unreliable),
     )
 
 
-def _fold(
-    bend: Float64[np.ndarray, " n"],
+def _fold_curvature(
+    curvature: Float64[np.ndarray, " n"],
     area: Float64[np.ndarray, " n"],
     neighbours: sp.csr_matrix,
-    loose: np.ndarray,
+    unreliable: np.ndarray,
 ) -> Float64[np.ndarray, " n"]:
-    """Mean of the curvature over rings, by area; 0 near what is `loose`."""
-    ring = neighbours + sp.eye(len(bend))
-    total, mass, near = bend * area, area, loose.astype(np.float64)
+    """Area-weighted mean of the curvature over rings; 0 near unreliable vertices."""
+    ring = neighbours + sp.eye(len(curvature))
+    total, area_sum, near = curvature * area, area, unreliable.astype(np.float64)
     for _ in range(_FOLD_RINGS):
-        total, mass = ring @ total, ring @ mass
-    for _ in range(_LOOSE_RINGS):
+        total, area_sum = ring @ total, ring @ area_sum
+    for _ in range(_FOLD_FREE_RINGS):
         near = ring @ near
-    return np.where(near > 0, 0.0, total / mass)
+    return np.where(near > 0, 0.0, total / area_sum)
 
 
 def smoothed_moves(
@@ -282,87 +291,84 @@ def smoothed_moves(
     """Moves along the normals that balance the data against bending.
 
     Minimises x'(data)x - 2 right'x + stiffness * (curvature after the move)^2. A rim, which has no
-    bending of its own, moves as its neighbours do.
+    bending energy of its own, moves as its neighbours do.
 
     Args:
-        weights: how much is known of each vertex, 1/mm^2: what a rim is held by.
-        data: (n, n) normal matrix of the measurements, 1/mm^2: the step's.
-        right: its right side, 1/mm.
+        weights: information on each vertex, 1/mm^2; their median sets the coupling of rims.
+        data: (n, n) normal matrix of the measurements, 1/mm^2.
+        right: its right-hand side, 1/mm.
         stiffness: of a plate of this length (`stiffness_of`).
     """
-    bending = bending_of(thin_plate, stiffness)
-    system = (data + bending @ thin_plate.laplacian + _rim(thin_plate, weights)).tocsr()
+    bending = bending_force(thin_plate, stiffness)
+    system = (data + bending @ thin_plate.laplacian + _rim_coupling(thin_plate, weights)).tocsr()
     force = bending @ curvature_of(mesh, thin_plate, length_mm)
     return solve(system, right - force, right / np.maximum(weights, 1e-12))
 
 
-def _rim(thin_plate: ThinPlate, weights: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
-    """(n, n) what draws the moves of rim vertices to the mean of their neighbours'."""
+def _rim_coupling(thin_plate: ThinPlate, weights: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
+    """(n, n) penalty on how far rim vertices' moves differ from the mean of their neighbours'."""
     rim = np.flatnonzero(thin_plate.is_boundary)
-    beside = thin_plate.neighbours[rim]
-    mean = sp.diags(1 / np.asarray(beside.sum(1)).ravel()) @ beside
-    own = sp.csr_matrix((np.ones(len(rim)), (np.arange(len(rim)), rim)), beside.shape)
-    apart = sp.csr_matrix(own - mean)
-    return sp.csr_matrix(_RIM_WEIGHT * float(np.median(weights)) * (apart.T @ apart))
+    rim_neighbours = thin_plate.neighbours[rim]
+    mean = sp.diags(1 / np.asarray(rim_neighbours.sum(1)).ravel()) @ rim_neighbours
+    selection = sp.csr_matrix((np.ones(len(rim)), (np.arange(len(rim)), rim)), rim_neighbours.shape)
+    difference = sp.csr_matrix(selection - mean)
+    return sp.csr_matrix(_RIM_WEIGHT * float(np.median(weights)) * (difference.T @ difference))
 
 
 def stiffness_of(
     thin_plate: ThinPlate, density: float, length_mm: float
 ) -> Float64[np.ndarray, " n"]:
-    """Of each vertex: length^4 * density * area, none at the rim.
+    """Stiffness at each vertex: length^4 * density * area, 0 at the rim.
 
-    Where the data weigh `density` per area, 1/mm^4, the plate rules over distances shorter than
-    `length_mm` and the data over longer ones.
+    Where the data weigh `density` per area, 1/mm^4, the plate dominates at distances below
+    `length_mm` and the data at longer ones.
     """
     return np.where(thin_plate.is_boundary, 0.0, length_mm**4 * density * thin_plate.area_mm2)
 
 
-def bending_of(thin_plate: ThinPlate, stiffness: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
-    """(n, n) force on each vertex by the curvature of the surface; see `stiffness_of`."""
+def bending_force(thin_plate: ThinPlate, stiffness: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
+    """(n, n) maps curvature to the bending force on each vertex; see `stiffness_of`."""
     return sp.csr_matrix(thin_plate.laplacian.T @ sp.diags(stiffness))
 
 
-def curvature_of(mesh: Mesh, thin_plate: ThinPlate, length_mm: float) -> Float64[np.ndarray, " n"]:
-    """Twice the mean curvature along the normal that a plate of this length would take off, 1/mm.
+def bending_matrix(thin_plate: ThinPlate, stiffness: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
+    """(n, n) weighted bilaplacian: the matrix of the bending energy."""
+    return bending_force(thin_plate, stiffness) @ thin_plate.laplacian
 
-    Negative where the surface is convex; next to nothing in folds.
+
+def curvature_of(mesh: Mesh, thin_plate: ThinPlate, length_mm: float) -> Float64[np.ndarray, " n"]:
+    """Twice the mean curvature along the normal that a plate of this length smooths, 1/mm.
+
+    It is negative where the surface is convex, and almost 0 in folds.
     """
-    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), thin_plate.laplacian @ mesh.vertices_mm)
-    return bend / (1 + (thin_plate.fold * length_mm / _FOLD) ** 4)
+    curvature = np.einsum(
+        "ij,ij->i", mesh.vertex_normals(), thin_plate.laplacian @ mesh.vertices_mm
+    )
+    return curvature / (1 + (thin_plate.fold_curvature * length_mm / _FOLD_CURVATURE) ** 4)
 
 
 def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:
-    """Two tangents and the normal of each vertex, rows, right-handed."""
+    """Two tangents and the normal of each vertex as rows, right-handed."""
     helper = np.where(np.abs(normals[:, 2:3]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
     first = np.cross(helper, normals)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([first, np.cross(normals, first), normals], axis=1)
 
 
-def _pattern(matrix: sp.csr_matrix) -> sp.csr_matrix:
-    """1 where the matrix has an entry."""
+def _adjacency(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """1 where the matrix stores an entry."""
     return sp.csr_matrix(
         (np.ones_like(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape
     )
 
 
-def _on_boundary(faces: np.ndarray, count: int) -> np.ndarray:
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    keys, uses = np.unique(edges[:, 0].astype(np.int64) * count + edges[:, 1], return_counts=True)
-    single = keys[uses == 1]
-    boundary = np.zeros(count, bool)
-    boundary[single // count] = True
-    boundary[single % count] = True
-    return boundary
-
-
 def quadrics(
     mesh: Mesh, thin_plate: ThinPlate, axes: Float64[np.ndarray, "n 3 3"]
 ) -> Float64[np.ndarray, "n 3"]:
-    """Curvature (uu, uv, vv), 1/mm, of the least-squares quadric through each vertex's rings."""
+    """Curvature (uu, uv, vv), 1/mm, of the least-squares quadric of each vertex's 2-ring."""
     count = len(mesh)
     normal, right = np.zeros((count, 5, 5)), np.zeros((count, 5))
-    _add_up(
+    _add_quadric_equations(
         thin_plate.neighbours.indptr.astype(np.int32),
         thin_plate.neighbours.indices.astype(np.int32),
         mesh.vertices_mm,
@@ -377,27 +383,27 @@ def quadrics(
 
 
 @njit(cache=True, nogil=True)
-def _add_up(
+def _add_quadric_equations(
     starts: np.ndarray,
-    others: np.ndarray,
+    neighbours: np.ndarray,
     vertices: np.ndarray,
     axes: np.ndarray,
     normal: np.ndarray,
     right: np.ndarray,
 ):
-    """Normal equations of slopes (2) and curvatures (3) over the neighbours' neighbours."""
+    """Fill the normal equations of slopes (2) and curvatures (3) over each vertex's 2-ring."""
     count = len(vertices)
-    seen = np.full(count, -1, np.int32)
+    visited = np.full(count, -1, np.int32)
     terms = np.empty(5)
     for centre in range(count):
-        seen[centre] = centre
+        visited[centre] = centre
         for near in range(starts[centre], starts[centre + 1]):
-            ring = others[near]
+            ring = neighbours[near]
             for far in range(starts[ring], starts[ring + 1]):
-                other = others[far]
-                if seen[other] == centre:
+                other = neighbours[far]
+                if visited[other] == centre:
                     continue
-                seen[other] = centre
+                visited[other] = centre
                 u = v = height = 0.0
                 for k in range(3):
                     step = vertices[other, k] - vertices[centre, k]

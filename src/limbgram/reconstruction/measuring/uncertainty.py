@@ -1,35 +1,34 @@
-"""Sigma: one standard deviation along the normal for every measured vertex.
+"""Uncertainty: one standard deviation along the normal for every measured vertex.
 
-In      the measured mesh, the normal equations of its last round, which photos measured what, and
+In      the measured mesh, the normal equations of its last round, the photos of each vertex, and
         the metric scene with the covariance of its cameras.
-Out     the mesh with its sigmas: local errors of each vertex (variance, the distance over which
-        they are alike, and how much longer a line along the limb is than along the measured
-        surface), and errors that all vertices share (displacement by one standard deviation of each
-        source). It speaks of the shape: where the surface lies in the world is not part of it.
-Method  Noise: what single photos pull the surface by, each solved through the thin plate, is how
-        they disagree (a sandwich with the photos as clusters: Liang and Zeger 1986); it holds
-        sensor noise, shading, pose errors and gaps alike. What holds the surface against the pulls
-        is texture that the photos share, and not the slopes of their noise (`signal_share`).
-        Detail: the plate takes (1 - H) off the surface x, H being its response. What it would take
-        off again and again, (1 - H)^2 H x, is seen where there is paint, and for relief whose power
-        falls like the wave number's fifth to seventh power the lost part has about a constant
-        multiple of its energy. Elsewhere it is as much more as relief can stand off the plate
-        unseen: drawn from the plate's energy less what is held (kriging's variance), which grows
-        like the square of the length that is not seen, while the limb's own grows as paint shows
-        it to. Energies are pooled over neighbours. Of folds detail is alike all along them
-        (`creases`).
-        Lines: relief of slope s makes a line longer by s^2 / 4 of itself, whatever its direction;
-        what is lost follows from the slope of (1 - H) x, what noise adds from the slope of the
-        photos' disagreement.
+Out     the mesh with its sigmas: local errors of each vertex (variance, correlation length, and how
+        much longer a line along the limb is than along the measured surface), and errors that all
+        vertices share (displacement by one standard deviation of each source). Sigmas describe the
+        shape, not its position in the world.
+Method  Noise: the right-hand side of each photo, solved through the thin plate, shows how photos
+        disagree (a sandwich estimator with the photos as clusters: Liang and Zeger 1986); it
+        contains sensor noise, shading, pose errors and gaps. The matrix of that solution contains
+        the texture that photos share, not the slopes of their noise (`signal_share`).
+        Detail: the plate removes (1 - H) x from the surface x, H being its response. (1 - H)^2 H x
+        is observed where there is paint, and for relief whose power falls like the wave number's
+        fifth to seventh power the lost part has about a constant multiple of its energy. Elsewhere
+        that grows with the variance of relief given the data (kriging variance), which is sampled
+        from the plate's prior. It grows with the square of the length over which nothing is
+        observed; the limb's own relief grows with length as paint shows. Energies are pooled over
+        neighbourhoods. Lost detail of folds is correlated all along them (`creases`).
+        Lines: relief of slope s lengthens a line by the fraction s^2 / 4 in the mean of all
+        directions. What is lost follows from the slope of (1 - H) x, what noise adds from the slope
+        of the photos' disagreement.
         Shared: a photo moved by p sees another point of the tangent plane, s_k p away; the surface
         moves by -sum (t_k - t)'(s_k - s) / sum |t_k - t|^2 to make the photos agree again, t_k
         being how far along the plane photo k moves for a millimetre along the normal, t and s
-        their means (texture alike in all directions). The scale is set anew from the board in each
-        case, and what only moves the surface as a whole is taken off: a shape has no place.
-        Faces: photos are sampled all over the flat faces, which therefore lie in the limb as
-        deep as their vertices stand out of it; a fifth of the chordal deviation is left.
-        Gaps: depth maps span what lies between paint as chords do, in all gaps alike, and the
-        rounds take back about a half.
+        their means (for isotropic texture). The board sets the scale in each case anew, and rigid
+        motions of the whole surface are removed: they do not change its shape.
+        Faces: photos are sampled all over the flat faces, whose middles therefore lie as deep in
+        the limb as their vertices stand out of it; a fifth of the chordal deviation remains.
+        Gaps: depth maps span the gaps between paint as chords do, all with the same sign, and the
+        rounds correct about a half of that.
         docs/method.
 """
 
@@ -47,352 +46,355 @@ from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.measuring.anisotropic_plate import (
+    pooled_structure_tensors,
+    structure_tensors,
+)
 from limbgram.reconstruction.measuring.creases import lost_creases_mm
 from limbgram.reconstruction.measuring.disagreement import (
     DETAIL_RINGS,
+    MIN_PAINTED_SIGNAL,
     NOISE_RINGS,
-    PAINTED,
     PROBES,
     SEED,
     WIDE_RINGS,
     Pool,
-    pulls_of,
-    times_unseen,
-    usual_square,
+    error_over_disagreement,
+    probe_right_sides,
+    robust_mean_square,
 )
-from limbgram.reconstruction.measuring.grain import pooled_products, products_of_slopes
-from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.measurement_pass import JointEquations, ObservedSurface
+from limbgram.reconstruction.measuring.reference_plate import ReferencePlateFit
 from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
-    bending_of,
+    bending_force,
+    bending_matrix,
     curvature_of,
     solve,
     solve_all,
     stiffness_of,
 )
-from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate
 from limbgram.reconstruction.scale.metric import MetricScene
 
-_LOST_PER_SEEN = 12.0
-"""Energy of the detail that the plate took over that of (1 - H)^2 H x. Theory says 30 for endless
-relief, less where the mesh or the relief ends; seven captures of our own asked for 7 to 14."""
-_LENGTHS = (0.35, 0.7, 1.0, 1.4, 2.0, 4.0)
-"""Lengths, in those below which the plate rules at the usual vertex, at which the growth of relief
-is measured."""
+_LOST_PER_DETAIL = 12.0
+"""Energy of the detail that the plate removed over that of (1 - H)^2 H x. Theory gives 30 for
+relief of all wave lengths, less where the mesh or the relief ends; seven captures of our own have 7
+to 14."""
+_GROWTH_LENGTHS = (0.35, 0.7, 1.0, 1.4, 2.0, 4.0)
+"""Plate lengths, in that of the typical vertex, at which the growth of relief is measured."""
 _DETAIL_BY_SHARE, _SLOPE_BY_SHARE = 0.5, 0.25
-"""A plate of so much less stiffness loses so much less: powers of its share of the usual stiffness.
-Theory, plates of 2 mm on edges of 3 mm, shares of 0.6, 0.4 and 0.2: 0.69, 0.49, 0.24 of the energy
-and 0.89, 0.81, 0.65 of the slope along a smoothed line where relief ends at 5 mm; 0.77, 0.61, 0.40
-and 0.90, 0.82, 0.68 at 2.5 mm; 0.83, 0.70, 0.50 and 0.94, 0.89, 0.78 over wrinkles. These powers:
-0.77, 0.63, 0.45 and 0.88, 0.80, 0.67."""
-_NOISE_IN_SEEN = 0.055
-"""Energy that white noise leaves in (1 - H)^2 H x, over that of its error: B(4.5, 1.5) / B(.5, 1.5)
-(its spectrum through the plate)."""
+"""Powers with which the lost detail and slope grow with the plate's share of the reference
+stiffness. Theory, plates of 2 mm on edges of 3 mm, shares of 0.6, 0.4 and 0.2: 0.69, 0.49, 0.24 of
+the energy and 0.89, 0.81, 0.65 of the slope along a smoothed line where relief ends at 5 mm; 0.77,
+0.61, 0.40 and 0.90, 0.82, 0.68 at 2.5 mm; 0.83, 0.70, 0.50 and 0.94, 0.89, 0.78 over wrinkles.
+These powers: 0.77, 0.63, 0.45 and 0.88, 0.80, 0.67."""
+_NOISE_IN_DETAIL = 0.055
+"""Energy of white noise in (1 - H)^2 H x over that of its error: B(4.5, 1.5) / B(.5, 1.5), from its
+spectrum through the plate."""
 _LOST_SLOPE, _LOST_SLOPE_PER_MM = -6.0, 17.0
-"""Squared slope that the plate took from the relief ((1 - H^2) of it), as far as a line keeps it at
-the smoothing length, over that of (1 - H) H x: so much, and so much for each millimetre of the
-plate's length, none below nothing. Skin and cloth end at some wave length of their own, which
-hardly matters to a smoothed line: for 0.8, 1.8 and 2.25 mm theory says 9, 23 and 31 times what is
-seen of relief that ends at 5 mm, 7, 29 and 38 if at 2.5 mm, 8, 30 and 39 if nowhere (14, 30, 39;
+"""Squared slope that the plate removed from the relief ((1 - H^2) of it), as far as a line keeps it
+at the smoothing length, over that of (1 - H) H x: an offset, and a slope by the plate's length; at
+least 0. Relief of skin and cloth has a shortest wave length, which hardly matters to a smoothed
+line: for 0.8, 1.8 and 2.25 mm theory gives 9, 23 and 31 times the observed slope for relief that
+ends at 5 mm, 7, 29 and 38 if at 2.5 mm, 8, 30 and 39 if nowhere (14, 30, 39;
 26, 63, 77; and 70 to 160 without smoothing, where captures of relief that ends at 5 mm had 12 to 15
 at 0.8 mm and 23 to 40 at 1.7 to 2.2 mm)."""
 _LOST_SLOPE_SIGMA, _FOLDED_SIGMA = 0.25, 0.3
-"""Standard deviation of the factor, and of what of it lies across folds, as a fraction."""
-_ALL_WAYS = 0.15
-"""Waves of all ways show so much more of their squared slope one way, by chance and because photos
-from round a limb see its relief less well round it than along it. With it contours round creased
-skin err by 0.09 mm, without by 0.13 mm, and by 0.14 mm if folds count as waves of all ways."""
-_NOISE_KEPT = 2.7
-"""The plate's noise keeps 1 / (1 + (smoothing plate / plate)^this) of its squared slope along a
-smoothed line: 0.50, 0.75, 0.90, 0.94 for 0.8 to 2.25 mm, where theory (white data noise through
-the plate) says 0.47, 0.72, 0.89 and 0.94."""
+"""Relative standard deviations of that factor, and of its part that lies across folds."""
+_ISOTROPIC_EXCESS = 0.15
+"""Apparent anisotropy of isotropic relief, by chance and because photos from round a limb see its
+relief less well round it than along it. With this, contours round creased skin err by 0.09 mm,
+without it by 0.13 mm, and by 0.14 mm if folds count as isotropic."""
+_NOISE_SLOPE_EXPONENT = 2.7
+"""Exponent in 1 / (1 + (smoothing length / plate length)^this), the share of the squared slope of
+noise that a smoothed line keeps: 0.50, 0.75, 0.90, 0.94 for 0.8 to 2.25 mm; theory (white data
+noise through the plate) gives 0.47, 0.72, 0.89 and 0.94."""
 _BANDS = (0.67, 1.0), (1.5, 2.25)
-"""Two bands of wave lengths, in lengths of the plate, whose heights tell how relief grows with its
-length. Neighbouring bands tell it less well: each holds only a few waves of a limb."""
+"""Two bands of wave lengths, in lengths of the plate, whose heights show how relief grows with its
+wave length. Adjacent bands show it less well: each contains only a few waves of a limb."""
 _BAND_RATIOS = 2.40, 2.65
-"""Height of the relief in the coarser band over that in the finer one: at the first, relief is
-about as high at all lengths; from the second on, the factors above hold. Theory: 2.14 for relief of
-one height at all lengths, 2.43 for relief that grows with the power 0.2 of its length, 3.2 for 0.7.
-Eleven of thirteen wrinkled captures have 2.04 to 2.39, eighteen usual ones 2.73 to 3.28,
+"""Height of the relief in the coarser band over that in the finer one: at the first ratio, relief
+is about as high at all lengths; from the second on, the factors above hold. Theory: 2.14 for relief
+of one height at all lengths, 2.43 for relief that grows with the power 0.2 of its length, 3.2 for
+0.7. Eleven of thirteen wrinkled captures have 2.04 to 2.39, eighteen usual ones 2.73 to 3.28,
 limb_ring15 2.90, foot_ring24 2.77, limb_sparse15 3.17."""
-_LEAST_RELIEF = 1.0
-"""Energy of relief over that of noise in the finer band, from which the two bands tell of it."""
+_MIN_RELIEF_OVER_NOISE = 1.0
+"""Energy of relief over that of noise in the finer band, from which the ratio is used."""
 _WRINKLED_SLOPE, _WRINKLED_SLOPE_PER_MM, _WRINKLED_DETAIL = 0.5, 0.43, 2.0
-"""How much more slope is lost there: so much, and so much for each millimetre of the plate's length
-(captures ask for 1.4 at 2.1 mm, and theory for less than one below 1 mm, where most of it is finer
-than the smoothing length); and how much more energy, by theory."""
+"""Factors of wrinkled relief: on the lost slope, an offset and a slope by the plate's length
+(captures have 1.4 at 2.1 mm, theory less than one below 1 mm, where most relief is finer than the
+smoothing length); on the lost energy, by theory."""
 _NOISE_SLOPE_SIGMA = 0.17
-"""Standard deviation, as a fraction, of the squared slope of the noise: what photos get wrong alike
-is steeper or less so than what they get wrong apart. This and the two above make the errors of 120
-contours (`intervals.py`, 24 captures in five settings) the most likely; folds told too little of
-themselves there, so that 0.3 is a bound."""
+"""Relative standard deviation of the squared slope of the noise: correlated errors of the photos
+may be steeper or flatter than uncorrelated ones. This and the two above make the errors of 120
+contours (`intervals.py`, 24 captures in five settings) the most likely; folds are too few there, so
+that 0.3 is a bound."""
 _DRAWS = 4
-"""Of relief that stands off the plate unseen."""
-_LEAST_SEEN = 0.01
-"""Of the usual vertex's pull and hold, what every vertex has at least."""
-_SMOOTH_RINGS, _EVEN_RINGS = 3, 8
-"""Rings over which the hold of the data is averaged (its logarithm) for what a plate would leave of
-relief, and rings over which the draws correct that: four draws alone scatter by a third."""
-_GIVEN_PX, _ROUNDS, _GAP_RINGS = 0.3, 2, 6
-"""What is wrong with the surface that the joint rounds start from in the middle of a wide gap, in
-pixels; how many rounds count that take from it what the photos do not agree to, as further ones
-take less than they say; and rings within which the gap's deepest place is looked for. Of 0 to
-0.45 px, 0.25 to 0.3 makes the errors of ten captures with little paint the most likely."""
-_ALONE_PX = 0.12
-"""What is more wrong, in pixels, where fewer than two photos agree on what they show."""
-_PUSHED_PX = 0.35
-"""No noise pushes the surface further, in pixels, where nothing holds it but belief."""
-_MOST_LEFT = 0.5
-"""A guessed place of which more than this is left is still a guess: in eight captures with half of
-the paint left out, errors of guesses were 0.5 px below this and up to 4.9 mm above it."""
-_LONG_EDGE = 1.5
-"""From how many times the usual edge one counts as a bridge. Where such a bridge, a guess or a
-place on which no two photos agree touches a fill, two patchy captures were up to 9 mm off with
-sigmas of 0.3 mm; without them the rest has an RMS of 0.16 mm (0.31) and of 0.20 (0.23)."""
+"""Samples of the plate's prior for the kriging variance."""
+_FLOOR_SHARE = 0.01
+"""Share of the median noise and information that is added at every vertex."""
+_DENSITY_RINGS, _DRAW_RINGS = 3, 8
+"""Rings over which the logarithm of the information is averaged for the expected variance, and over
+which the samples correct that: four samples alone scatter by a third."""
+_START_ERROR_PX, _CORRECTING_ROUNDS, _GAP_RINGS = 0.3, 2, 6
+"""Error, in pixels, of the surface that the joint rounds start from, in the middle of a wide gap;
+the number of rounds assumed to correct it, as further ones correct less than predicted; and rings
+within which the gap's middle is searched. Of 0 to 0.45 px, 0.25 to 0.3 makes the errors of ten
+captures with little paint the most likely."""
+_UNCONFIRMED_PX = 0.12
+"""Additional error, in pixels, where fewer than two photos agree."""
+_MAX_NOISE_PX = 0.35
+"""Largest noise, in pixels, where only the prior determines the surface."""
+_MAX_START_ERROR_LEFT = 0.5
+"""A guessed vertex that keeps more than this of an error is still a guess: in eight captures with
+half of the paint left out, errors of guesses were 0.5 px below this and up to 4.9 mm above it."""
+_LONG_EDGE_RATIO = 1.5
+"""Length of an edge, in median edges, from which its ends count as unsupported. Where such an edge,
+a guess or a vertex on which no two photos agree touches a fill, two patchy captures were up to 9 mm
+off with sigmas of 0.3 mm; without them the rest has an RMS of 0.16 mm (0.31) and of 0.20 (0.23)."""
 _CORRELATION_LENGTHS = 2.26
-"""Reach of the errors in lengths of the plate: pi reach^2 is the area 16 length^2 of its noise."""
+"""Correlation length over plate length: pi reach^2 is the area 16 length^2 of its noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LocalErrors:
-    """What each vertex has for itself and its neighbours."""
+    """Errors of each vertex that are correlated with those of its neighbourhood alone."""
 
     variance_mm2: Float64[np.ndarray, " n"]
     reach_mm: float
-    """Errors of two vertices d apart are alike by exp(-(d / reach)^2)."""
+    """Errors of two vertices at a distance d correlate by exp(-(d / reach)^2)."""
     lost_length: Float64[np.ndarray, "n 2"]
     """As `Mesh.lost_length` has it."""
     lost_across: Float64[np.ndarray, "n 3"]
     """As `Mesh.lost_across` has it."""
-    left: Float64[np.ndarray, " n"]
-    """What the rounds leave of an error of the given surface, 0 to 1."""
+    start_error_left: Float64[np.ndarray, " n"]
+    """Share of an error of the given surface that remains after the rounds, 0 to 1."""
     creases_mm: Float64[np.ndarray, "n 2"]
-    """What creases lost, alike all along them, a part of the variance: two sources of error, a
-    quarter of a wave apart."""
+    """Two sources of error from lost creases, in quadrature, correlated all along the folds; part
+    of the variance."""
 
 
 def local_errors(
-    mesh: Mesh, seen: SeenSurface, equations: JointEquations, usual: ByUsualPlate
+    mesh: Mesh, observed: ObservedSurface, equations: JointEquations, reference: ReferencePlateFit
 ) -> LocalErrors:
-    """Variances along the normal of what the photos measured.
+    """Local errors of a mesh that was measured with these equations.
 
     Args:
         equations: With the plate that measured the mesh.
-        usual: What the usual plate made of the same equations.
+        reference: The response of the reference plate to the same equations.
     """
-    thin_plate = seen.thin_plate
-    bending = bending_of(equations.plate, equations.stiffness)
-    plate = sp.csr_matrix(bending @ equations.plate.laplacian)
-    system = sp.csr_matrix(equations.held + plate)
-    pool = Pool.of(thin_plate, equations.photos)
-    painted, alone = pool.among(equations.signal > PAINTED), times_unseen(equations.photos)
-    free = _free(thin_plate, equations, pool)
-    loud = free * _loudness(mesh, equations, pool)
+    thin_plate = observed.thin_plate
+    plate = sp.csr_matrix(bending_matrix(equations.plate, equations.stiffness))
+    pool = Pool.of(thin_plate, equations.photo_count)
+    painted = pool.restricted_to(equations.signal > MIN_PAINTED_SIGNAL)
+    error_factor = error_over_disagreement(equations.photo_count)
+    kriging = _kriging_variance(thin_plate, equations, pool)
+    noise_level = kriging * _noise_per_information(mesh, equations, pool)
 
-    left = _left(plate, equations)
-    share, probes = equations.stiffness_share, usual.probes
+    start_error_left = _start_error_left(plate, equations)
+    share, probes = equations.stiffness_share, reference.probes
     if share < 1 or equations.plate is not thin_plate:
-        probes = solve_all(system, pulls_of(mesh, seen, equations))
+        system = sp.csr_matrix(equations.texture_hessian + plate)
+        probes = solve_all(system, probe_right_sides(mesh, observed, equations))
     squares = [probe**2 for probe in probes]
-    noise = _noise(squares, equations, pool, loud, NOISE_RINGS)
-    noise /= 1 + left * noise / (_PUSHED_PX * seen.pixel_mm) ** 2
-    unseen = _unseen(free, usual, thin_plate, equations, painted)
-    in_seen = alone * np.mean(np.square(usual.probes), axis=0)
-    near, wide = (
-        _as_in_paint((usual.taken - usual.again) ** 2, unseen, painted, rings)
-        - _NOISE_IN_SEEN * _as_in_paint(in_seen, unseen, painted, rings)
+    noise = _noise_energy(squares, equations, pool, noise_level, NOISE_RINGS)
+    noise /= 1 + start_error_left * noise / (_MAX_NOISE_PX * observed.pixel_mm) ** 2
+    unseen = _unseen_relief(kriging, reference, thin_plate, equations, painted)
+    probe_energy = error_factor * np.mean(np.square(reference.probes), axis=0)
+    narrow, wide = (
+        _extrapolated((reference.removed - reference.removed_smoothed) ** 2, unseen, painted, rings)
+        - _NOISE_IN_DETAIL * _extrapolated(probe_energy, unseen, painted, rings)
         for rings in (DETAIL_RINGS, WIDE_RINGS)
     )
-    detail = np.maximum(near, wide)  # dabs show less of it than even paint
-    wrinkled = _wrinkled(usual, thin_plate, equations, painted)
-    per_seen = _LOST_PER_SEEN * (1 + (_WRINKLED_DETAIL - 1) * wrinkled) * share**_DETAIL_BY_SHARE
-    variance = noise + per_seen * np.maximum(detail, 0.0)
-    variance += _chord(seen, pool) ** 2
-    variance += _given(left, equations, thin_plate) * seen.pixel_mm**2
+    detail = np.maximum(narrow, wide)  # dabs show less of it than continuous paint
+    wrinkled = _wrinkled(reference, thin_plate, equations, painted)
+    lost_per_detail = _LOST_PER_DETAIL * (1 + (_WRINKLED_DETAIL - 1) * wrinkled)
+    lost_per_detail *= share**_DETAIL_BY_SHARE
+    variance = noise + lost_per_detail * np.maximum(detail, 0.0)
+    variance += _chordal_deviation_mm(observed, pool) ** 2
+    start_px2 = _start_error_variance_px2(start_error_left, equations, thin_plate)
+    variance += start_px2 * observed.pixel_mm**2
 
-    steep = [_squared_slope(thin_plate, probe) for probe in probes]
-    roughened = _noise(steep, equations, pool, loud, WIDE_RINGS)
-    steep = [
-        _squared_slope(thin_plate, probe - held)
-        for probe, held in zip(usual.probes, usual.kept, strict=True)
-    ]
-    in_taken = _as_in_paint(alone * np.mean(steep, axis=0), unseen / free, painted, WIDE_RINGS)
-    steepness = _squared_slope(thin_plate, usual.taken)
-    steepness = _as_in_paint(steepness, unseen / free, painted, WIDE_RINGS)
-    relief = np.maximum(steepness - in_taken, 0.0)
-    across, more_one_way = _one_way(mesh, usual.taken, seen, pool)
-    folded = np.clip((more_one_way - _ALL_WAYS) * steepness, 0.0, relief)
-    slope = _LostSlope.of(equations, wrinkled)
+    slopes2 = [_squared_slope(thin_plate, probe) for probe in probes]
+    noise_slope2 = _noise_energy(slopes2, equations, pool, noise_level, WIDE_RINGS)
+    slopes = _DetailSlopes.of(mesh, observed, equations, reference, pool, unseen / kriging)
+    lost_slope = _LostSlope.of(equations, wrinkled)
     return LocalErrors(
         variance_mm2=variance,
-        reach_mm=_CORRELATION_LENGTHS * _usual_length_mm(thin_plate, equations),
-        lost_length=slope.length(relief, folded, in_taken, roughened),
-        lost_across=slope.times / 4 * folded[:, None] * across,
-        left=left,
-        creases_mm=_within(lost_creases_mm(mesh, seen, equations, usual), variance, pool),
+        reach_mm=_CORRELATION_LENGTHS * _typical_length_mm(thin_plate, equations),
+        lost_length=lost_slope.length(slopes, noise_slope2),
+        lost_across=lost_slope.lost_per_detail / 4 * slopes.folds[:, None] * slopes.across,
+        start_error_left=start_error_left,
+        creases_mm=_capped(lost_creases_mm(mesh, observed, equations, reference), variance, pool),
     )
 
 
-def _unseen(
-    free: Float64[np.ndarray, " n"],
-    usual: ByUsualPlate,
+def _unseen_relief(
+    kriging: Float64[np.ndarray, " n"],
+    reference: ReferencePlateFit,
     thin_plate: ThinPlate,
     equations: JointEquations,
     painted: Pool,
 ) -> Float64[np.ndarray, " n"]:
-    """How far the limb's relief stands off the plate unseen, squared, over the usual vertex's.
+    """Variance of the limb's relief that the data do not show, over that of the typical vertex.
 
-    Where the plate's own has `free`, what is not seen is as long as its root: so much relief as a
-    plate of that length takes off what was measured.
+    A kriging variance grows with the square of the length over which nothing is observed; the
+    limb's relief of that length is as high as what a plate of that length removes.
     """
-    length_mm, told = _usual_length_mm(thin_plate, equations), painted.counted
-    taken = [_taken_by(times * length_mm, usual, thin_plate, [])[0] for times in _LENGTHS]
-    heights = np.array([usual_square(each[told]) for each in taken])
-    if not heights.all():  # flat, or no vertex to tell
-        return free
-    growth = np.log(heights / heights[_LENGTHS.index(1.0)])
-    return np.exp(np.interp(np.log(free), 2 * np.log(_LENGTHS), growth))
+    length_mm = _typical_length_mm(thin_plate, equations)
+    removed = [
+        _removed_by_plate(factor * length_mm, reference, thin_plate, [])[0]
+        for factor in _GROWTH_LENGTHS
+    ]
+    energies = np.array([robust_mean_square(heights[painted.counted]) for heights in removed])
+    if not energies.all():  # a flat surface, or no painted vertex
+        return kriging
+    growth = np.log(energies / energies[_GROWTH_LENGTHS.index(1.0)])
+    return np.exp(np.interp(np.log(kriging), 2 * np.log(_GROWTH_LENGTHS), growth))
 
 
-def _as_in_paint(
+def _extrapolated(
     squares: Float64[np.ndarray, " n"],
     unseen: Float64[np.ndarray, " n"],
     painted: Pool,
     rings: int,
 ) -> Float64[np.ndarray, " n"]:
-    """Energies as paint near by shows them, enlarged by as much more as is left unseen."""
+    """Energies at nearby painted vertices, scaled with the unobserved relief."""
     return unseen * painted.energy(squares / unseen, rings)
 
 
-def _within(
+def _capped(
     sources_mm: Float64[np.ndarray, "n k"], variance: Float64[np.ndarray, " n"], pool: Pool
 ) -> Float64[np.ndarray, "n k"]:
-    """Sources of error, less high where the whole variance near by does not hold them all."""
-    theirs = pool.energy((sources_mm**2).sum(axis=1), DETAIL_RINGS)
-    over = np.maximum(theirs / pool.energy(variance, DETAIL_RINGS), 1.0)
-    return sources_mm / np.sqrt(over)[:, None]
+    """Sources of error, scaled down where their energy exceeds the variance around."""
+    source_energy = pool.energy((sources_mm**2).sum(axis=1), DETAIL_RINGS)
+    excess = np.maximum(source_energy / pool.energy(variance, DETAIL_RINGS), 1.0)
+    return sources_mm / np.sqrt(excess)[:, None]
 
 
-def all_filled(
+def filled_or_unsupported(
     mesh: Mesh,
     equations: JointEquations,
     guessed: Bool[np.ndarray, " n"],
-    left: Float64[np.ndarray, " n"],
+    start_error_left: Float64[np.ndarray, " n"],
 ) -> Bool[np.ndarray, " n"]:
-    """What was filled, guesses that no texture holds, and what beside those is held as badly.
+    """Filled vertices, guesses without texture, and unsupported vertices beside those.
 
-    A fill that starts millimetres off bends its sides towards it: guesses found by patches that
-    reach into it, vertices on which no two photos agree, and long faces that bridge the step.
+    A fill that starts millimetres off bends its surroundings towards it: guesses found by patches
+    that reach into it, vertices on which no two photos agree, and long faces across the step.
 
     Args:
         guessed: Vertices that no depth map had.
-        left: Of an error of the given surface, as `LocalErrors` has it.
+        start_error_left: As `LocalErrors` has it.
     """
     filled = np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
-    filled = filled | (guessed & (left > _MOST_LEFT))
-    weak = guessed | (equations.photos < 2) | _bridging(mesh)
+    filled = filled | (guessed & (start_error_left > _MAX_START_ERROR_LEFT))
+    unsupported = guessed | (equations.photo_count < 2) | _at_long_edges(mesh)
     beside = np.zeros(len(mesh), bool)
     beside[mesh.faces[filled[mesh.faces].any(axis=1)]] = True
-    return filled | (beside & weak)
+    return filled | (beside & unsupported)
 
 
-def _bridging(mesh: Mesh) -> Bool[np.ndarray, " n"]:
-    """Ends of edges much longer than the usual one."""
+def _at_long_edges(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+    """Ends of edges much longer than the median one."""
     ends = find_edges(mesh.faces).ends
-    long = edge_lengths(mesh.vertices_mm, ends)
-    bridging = np.zeros(len(mesh), bool)
-    bridging[ends[long > _LONG_EDGE * np.median(long)]] = True
-    return bridging
+    lengths = edge_lengths(mesh.vertices_mm, ends)
+    at_long_edges = np.zeros(len(mesh), bool)
+    at_long_edges[ends[lengths > _LONG_EDGE_RATIO * np.median(lengths)]] = True
+    return at_long_edges
 
 
-def _free(
+def _kriging_variance(
     thin_plate: ThinPlate, equations: JointEquations, pool: Pool
 ) -> Float64[np.ndarray, " n"]:
-    """How far relief can stand off the plate unseen, squared, over the usual vertex's.
+    """Variance of the plate's prior given the data, over that of the typical vertex.
 
-    Drawn: relief whose curvature is white, as the plate has it, and what of it the data leave. It
-    is what kriging says: small in paint, larger in gaps, and more so the wider they are.
+    It is sampled: relief of white curvature, as far as the data leave it undetermined. It is small
+    in paint, and grows in gaps with their width.
     """
     random = np.random.default_rng(SEED)
-    # of relief that runs all ways: how wide a gap is has nothing to do with the grain round it
-    plate = bending_of(thin_plate, equations.stiffness) @ thin_plate.laplacian
-    system = sp.csr_matrix(equations.held + plate)
+    # The plate is isotropic: the width of a gap does not depend on the grain round it.
+    plate = bending_matrix(thin_plate, equations.stiffness)
+    system = sp.csr_matrix(equations.texture_hessian + plate)
     root = np.sqrt(equations.stiffness)
     forces = [
         thin_plate.laplacian.T @ (root * random.standard_normal(len(root))) for _ in range(_DRAWS)
     ]
-    left = np.zeros(len(root))
-    for drawn in solve_all(system, forces):
-        left += drawn**2
-    # what a plate leaves where data hold it evenly, so that the draws only tell of gaps and rims
-    density = np.maximum(equations.held.diagonal() / thin_plate.area_mm2, np.finfo(float).tiny)
-    even = np.exp(-pool.mean(np.log(density), _SMOOTH_RINGS) / 2)
-    left = even * pool.mean(left / even, _EVEN_RINGS)
-    return left / np.median(left[pool.counted] if pool.counted.any() else left)
+    variance = np.zeros(len(root))
+    for sample in solve_all(system, forces):
+        variance += sample**2
+    # This is the variance under uniform data, so that the samples only add gaps and rims.
+    information = equations.texture_hessian.diagonal()
+    density = np.maximum(information / thin_plate.area_mm2, np.finfo(float).tiny)
+    expected = np.exp(-pool.mean(np.log(density), _DENSITY_RINGS) / 2)
+    variance = expected * pool.mean(variance / expected, _DRAW_RINGS)
+    return variance / np.median(variance[pool.counted] if pool.counted.any() else variance)
 
 
-def _left(plate: sp.csr_matrix, equations: JointEquations) -> Float64[np.ndarray, " n"]:
-    """What the rounds leave of an error of the given surface that is the same everywhere, 0 to 1.
+def _start_error_left(plate: sp.csr_matrix, equations: JointEquations) -> Float64[np.ndarray, " n"]:
+    """Share of a constant error of the given surface that remains after the rounds, 0 to 1.
 
-    Paint takes it away, and the plate carries that into narrow gaps.
+    Paint corrects it, and the plate propagates that into narrow gaps.
     """
-    system = sp.csr_matrix(equations.soft + plate)
+    system = sp.csr_matrix(equations.hessian + plate)
     left, diagonal = np.ones(len(equations.weights)), system.diagonal()
-    for _ in range(_ROUNDS):
-        right = equations.unheld @ left
+    for _ in range(_CORRECTING_ROUNDS):
+        right = equations.other_hessian @ left
         left = solve(system, right, right / diagonal)
     return np.clip(left, 0.0, 1.0)
 
 
-def _given(
-    left: Float64[np.ndarray, " n"], equations: JointEquations, thin_plate: ThinPlate
+def _start_error_variance_px2(
+    start_error_left: Float64[np.ndarray, " n"], equations: JointEquations, thin_plate: ThinPlate
 ) -> Float64[np.ndarray, " n"]:
-    """Variance of what is left of the given surface's own errors, px^2.
+    """Variance of what remains of the given surface's own errors, px^2.
 
-    Depth maps go wrong in the middle of wide gaps, and the plate carries that towards the paint;
-    over a gap with dabs round it they are right.
+    Depth maps err in the middle of wide gaps, and the plate propagates that towards the paint; over
+    narrow gaps between dabs they are right.
     """
-    ring = sp.csr_matrix(thin_plate.neighbours + sp.eye(len(left)))
-    deepest = left
+    ring = sp.csr_matrix(thin_plate.neighbours + sp.eye(len(start_error_left)))
+    gap_maximum = start_error_left
     for _ in range(_GAP_RINGS):
-        deepest = np.maximum.reduceat(deepest[ring.indices], ring.indptr[:-1])
-    alone = np.where(equations.photos < 2, _ALONE_PX**2, 0.0)
-    return _GIVEN_PX**2 * left * deepest**2 + alone
+        gap_maximum = np.maximum.reduceat(gap_maximum[ring.indices], ring.indptr[:-1])
+    unconfirmed = np.where(equations.photo_count < 2, _UNCONFIRMED_PX**2, 0.0)
+    return _START_ERROR_PX**2 * start_error_left * gap_maximum**2 + unconfirmed
 
 
-def _loudness(mesh: Mesh, equations: JointEquations, pool: Pool) -> Float64[np.ndarray, " n"]:
-    """Energy of the photos' pulls over what holds the surface against them."""
-    pulls = np.repeat(np.sum(equations.pull.astype(np.float64) ** 2, axis=1), 3)
-    loud = pool.mean(np.bincount(mesh.faces.ravel(), pulls, len(mesh)))
-    held = pool.mean(equations.held.diagonal())
-    # where next to nothing is seen, the ratio is that of the whole surface
-    return _with_least(loud) / _with_least(held)
+def _noise_per_information(
+    mesh: Mesh, equations: JointEquations, pool: Pool
+) -> Float64[np.ndarray, " n"]:
+    """Energy of the photos' right-hand sides over the information of their texture."""
+    squares = np.repeat(np.sum(equations.right_by_photo.astype(np.float64) ** 2, axis=1), 3)
+    noise = pool.mean(np.bincount(mesh.faces.ravel(), squares, len(mesh)))
+    information = pool.mean(equations.texture_hessian.diagonal())
+    # The floors give vertices with hardly any texture the ratio of the whole surface.
+    return _with_floor(noise) / _with_floor(information)
 
 
-def _with_least(values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """A little of the usual one more; most of a surface may have none at all."""
-    some = values[values > 0]
-    return values + (_LEAST_SEEN * np.median(some) if len(some) else 1.0)
+def _with_floor(values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """Values plus a small share of the median positive one; most of a surface may have zeros."""
+    positive = values[values > 0]
+    return values + (_FLOOR_SHARE * np.median(positive) if len(positive) else 1.0)
 
 
-def _usual_length_mm(thin_plate: ThinPlate, equations: JointEquations) -> float:
-    """Below what length the plate rules at the usual vertex, which may be a bare one."""
-    usual = np.median(equations.weights * equations.signal / thin_plate.area_mm2)
-    stiff = np.median(equations.stiffness / thin_plate.area_mm2)
-    return max(equations.measuring_length_mm, float((stiff / usual) ** 0.25))
+def _typical_length_mm(thin_plate: ThinPlate, equations: JointEquations) -> float:
+    """Length below which the plate dominates the data at the typical vertex, even a bare one."""
+    density = np.median(equations.weights * equations.signal / thin_plate.area_mm2)
+    stiffness = np.median(equations.stiffness / thin_plate.area_mm2)
+    return max(equations.measuring_length_mm, float((stiffness / density) ** 0.25))
 
 
 def _wrinkled(
-    usual: ByUsualPlate, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
+    reference: ReferencePlateFit, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
 ) -> float:
-    """Whether relief stays high at short waves, and so goes on where it is not seen, 0 to 1.
+    """How far relief stays high at short wave lengths, and so below the observed ones, 0 to 1.
 
-    Told by how much more of it lies in a coarser band of lengths than in a finer one (`_BANDS`),
-    where paint shows it, both without the energy of noise.
+    It follows from how much more relief lies in a coarser band of lengths than in a finer one
+    (`_BANDS`) at painted vertices, both without the energy of noise.
     """
     rough, smooth = _BAND_RATIOS
-    fine, coarse = _bands(usual, thin_plate, equations, painted)
-    if min(fine.relief, coarse.relief) <= 0 or fine.relief < _LEAST_RELIEF * fine.noise:
+    fine, coarse = _bands(reference, thin_plate, equations, painted)
+    if min(fine.relief, coarse.relief) <= 0 or fine.relief < _MIN_RELIEF_OVER_NOISE * fine.noise:
         return 0.0
     ratio = np.sqrt(coarse.relief / fine.relief)
     return float(np.clip((smooth - ratio) / (smooth - rough), 0.0, 1.0))
@@ -406,138 +408,180 @@ class _Band(NamedTuple):
 
 
 def _bands(
-    usual: ByUsualPlate, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
+    reference: ReferencePlateFit, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
 ) -> list[_Band]:
-    """What lies in either of the two bands of lengths."""
-    told = painted.counted
-    loads = [thin_plate.area_mm2 * probe for probe in usual.probes]
-    unseen = times_unseen(equations.photos)[told]
+    """Energies in the two bands of lengths at painted vertices."""
+    loads = [thin_plate.area_mm2 * probe for probe in reference.probes]
+    error_factor = error_over_disagreement(equations.photo_count)[painted.counted]
     found: list[_Band] = []
     for band in _BANDS:
-        taken: list[Float64[np.ndarray, "k n"]] = []
-        for times in band:
-            length_mm = times * equations.length_mm
-            taken.append(np.array(_taken_by(length_mm, usual, thin_plate, loads))[:, told])
-        whole, *noises = taken[1] - taken[0]
-        noise = sum(usual_square(np.sqrt(unseen) * each) for each in noises) / PROBES
-        found.append(_Band(usual_square(whole) - noise, noise))
+        removed: list[Float64[np.ndarray, "k n"]] = []
+        for factor in band:
+            length_mm = factor * equations.length_mm
+            heights = _removed_by_plate(length_mm, reference, thin_plate, loads)
+            removed.append(np.array(heights)[:, painted.counted])
+        total, *noises = removed[1] - removed[0]
+        noise = sum(robust_mean_square(np.sqrt(error_factor) * each) for each in noises) / PROBES
+        found.append(_Band(robust_mean_square(total) - noise, noise))
     return found
 
 
-def _taken_by(
+def _removed_by_plate(
     length_mm: float,
-    usual: ByUsualPlate,
+    reference: ReferencePlateFit,
     thin_plate: ThinPlate,
     loads: list[Float64[np.ndarray, " n"]],
 ) -> list[Float64[np.ndarray, " n"]]:
-    """What a plate of that length takes off the measured surface, mm, and what is left of loads."""
-    bending = bending_of(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
+    """What a plate of that length removes from the measured surface, mm, and leaves of loads."""
+    bending = bending_force(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
     system = sp.csr_matrix(sp.diags(thin_plate.area_mm2) + bending @ thin_plate.laplacian)
-    flattening = bending @ curvature_of(usual.surface, thin_plate, length_mm)
-    return solve_all(system, [flattening, *loads])
+    force = bending @ curvature_of(reference.surface, thin_plate, length_mm)
+    return solve_all(system, [force, *loads])
+
+
+@dataclass(frozen=True, kw_only=True)
+class _DetailSlopes:
+    """Squared slopes of (1 - H) H x, the detail that the reference plate removes."""
+
+    relief: Float64[np.ndarray, " n"]
+    """Of the limb's relief."""
+    folds: Float64[np.ndarray, " n"]
+    """Excess of the relief's slope across folds over that along them."""
+    noise: Float64[np.ndarray, " n"]
+    """Of the noise in the detail."""
+    across: Float64[np.ndarray, "n 3"]
+    """Unit tangent across the folds."""
+
+    @classmethod
+    def of(
+        cls,
+        mesh: Mesh,
+        observed: ObservedSurface,
+        equations: JointEquations,
+        reference: ReferencePlateFit,
+        pool: Pool,
+        unseen: Float64[np.ndarray, " n"],
+    ) -> "_DetailSlopes":
+        """Those of painted vertices, extrapolated in proportion to `unseen`."""
+        thin_plate = observed.thin_plate
+        painted = pool.restricted_to(equations.signal > MIN_PAINTED_SIGNAL)
+        error_factor = error_over_disagreement(equations.photo_count)
+        of_probes = [
+            _squared_slope(thin_plate, probe - smoothed)
+            for probe, smoothed in zip(reference.probes, reference.smoothed_probes, strict=True)
+        ]
+        noise = error_factor * np.mean(of_probes, axis=0)
+        noise = _extrapolated(noise, unseen, painted, WIDE_RINGS)
+        total = _squared_slope(thin_plate, reference.removed)
+        total = _extrapolated(total, unseen, painted, WIDE_RINGS)
+        relief = np.maximum(total - noise, 0.0)
+        across, anisotropy = _anisotropy(mesh, reference.removed, observed, pool)
+        folds = np.clip((anisotropy - _ISOTROPIC_EXCESS) * total, 0.0, relief)
+        return cls(relief=relief, folds=folds, noise=noise, across=across)
 
 
 @dataclass(frozen=True)
 class _LostSlope:
-    """How much longer a line is for the squared slope that the plate took off."""
+    """How much the squared slope that the plate removed changes the length of a line."""
 
-    times: float
-    """Squared slope that the plate took over that of (1 - H) H x of the usual plate."""
+    lost_per_detail: float
+    """Squared slope that the plate removed over that of (1 - H) H x of the reference plate."""
     noise_kept: float
-    """Of the squared slope of the noise on the surface, by a smoothed line."""
+    """Share of the squared slope of the surface's noise that a smoothed line keeps."""
 
     @classmethod
     def of(cls, equations: JointEquations, wrinkled: float) -> "_LostSlope":
-        """For that plate; `wrinkled`: whether relief stays high at short waves, 0 to 1."""
+        """The factors of the equations' plate; `wrinkled` as `_wrinkled` returns it."""
         length_mm = equations.length_mm
         more = 1 + (_WRINKLED_SLOPE + _WRINKLED_SLOPE_PER_MM * length_mm - 1) * wrinkled
-        times = more * max(_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm, 0.0)
+        lost_per_detail = more * max(_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm, 0.0)
         return cls(
-            times * equations.stiffness_share**_SLOPE_BY_SHARE,
-            1 / (1 + (PLATE_MM / equations.measuring_length_mm) ** _NOISE_KEPT),
+            lost_per_detail * equations.stiffness_share**_SLOPE_BY_SHARE,
+            1 / (1 + (PLATE_MM / equations.measuring_length_mm) ** _NOISE_SLOPE_EXPONENT),
         )
 
     def length(
-        self,
-        relief: Float64[np.ndarray, " n"],
-        folded: Float64[np.ndarray, " n"],
-        in_taken: Float64[np.ndarray, " n"],
-        roughened: Float64[np.ndarray, " n"],
+        self, detail: _DetailSlopes, noise_slope2: Float64[np.ndarray, " n"]
     ) -> Float64[np.ndarray, "n 2"]:
         """How much longer a line along the limb is, and the standard deviation of that, per length.
 
         Both lines are smoothed (`core/geometry/smoothed_length`); flat faces are finer and add
-        nothing. Relief of slope s lengthens a line by s^2 / 4 over all ways.
+        nothing. Relief of slope s lengthens a line by s^2 / 4 in the mean of all directions.
 
         Args:
-            relief: squared slope of (1 - H) H x, the usual plate's.
-            folded: what of it lies across folds more than along them.
-            in_taken: squared slope of the noise, as taken off beside it.
-            roughened: squared slope of the noise on the surface.
+            detail: Squared slopes of what the reference plate removes.
+            noise_slope2: Squared slope of the noise on the surface.
         """
-        lost, roughened = self.times / 4 * relief, self.noise_kept / 4 * roughened
+        lost = self.lost_per_detail / 4 * detail.relief
+        added = self.noise_kept / 4 * noise_slope2
         variance = (
             (_LOST_SLOPE_SIGMA * lost) ** 2
-            + (_FOLDED_SIGMA * self.times / 4 * folded) ** 2
-            + (_NOISE_SLOPE_SIGMA * self.times / 4 * in_taken) ** 2
-            + (_NOISE_SLOPE_SIGMA * roughened) ** 2
+            + (_FOLDED_SIGMA * self.lost_per_detail / 4 * detail.folds) ** 2
+            + (_NOISE_SLOPE_SIGMA * self.lost_per_detail / 4 * detail.noise) ** 2
+            + (_NOISE_SLOPE_SIGMA * added) ** 2
         )
-        return np.column_stack([lost - roughened, np.sqrt(variance)])
+        return np.column_stack([lost - added, np.sqrt(variance)])
 
 
-def _one_way(
-    mesh: Mesh, lift: Float64[np.ndarray, " n"], seen: SeenSurface, pool: Pool
+def _anisotropy(
+    mesh: Mesh, lift: Float64[np.ndarray, " n"], observed: ObservedSurface, pool: Pool
 ) -> tuple[Float64[np.ndarray, "n 3"], Float64[np.ndarray, " n"]]:
-    """The way that most of the squared slope lies, and its share there less that across it: 0 of
-    waves of all ways, 1 of folds side by side. Noise, which lies all ways, takes away from it."""
-    products = pooled_products(mesh, products_of_slopes(mesh, lift), pool, WIDE_RINGS)
-    flat = seen.axes[:, :2]
-    squares, ways = np.linalg.eigh(np.einsum("nai,nij,nbj->nab", flat, products, flat))
-    whole = np.maximum(squares.sum(1), np.finfo(float).tiny)
-    across = np.einsum("na,nai->ni", ways[:, :, 1], flat)
-    return across, np.clip((squares[:, 1] - squares[:, 0]) / whole, 0.0, 1.0)
+    """Unit tangent of the steepest direction, and the anisotropy of the squared slope.
+
+    It is 0 for isotropic relief and 1 for parallel folds; noise, being isotropic, lowers it.
+    """
+    tensors = pooled_structure_tensors(mesh, structure_tensors(mesh, lift), pool, WIDE_RINGS)
+    tangents = observed.axes[:, :2]
+    squares, directions = np.linalg.eigh(np.einsum("nai,nij,nbj->nab", tangents, tensors, tangents))
+    total = np.maximum(squares.sum(1), np.finfo(float).tiny)
+    across = np.einsum("na,nai->ni", directions[:, :, 1], tangents)
+    return across, np.clip((squares[:, 1] - squares[:, 0]) / total, 0.0, 1.0)
 
 
 def _squared_slope(
     thin_plate: ThinPlate, lift: Float64[np.ndarray, " n"]
 ) -> Float64[np.ndarray, " n"]:
-    """Of the surface lifted by that: |grad f|^2 = (laplace(f^2) - 2 f laplace(f)) / 2."""
+    """Squared gradient of `lift`: |grad f|^2 = (laplace(f^2) - 2 f laplace(f)) / 2."""
     return thin_plate.laplacian @ lift**2 / 2 - lift * (thin_plate.laplacian @ lift)
 
 
-def _noise(
+def _noise_energy(
     energies: list[Float64[np.ndarray, " n"]],
     equations: JointEquations,
     pool: Pool,
-    loud: Float64[np.ndarray, " n"],
+    noise_level: Float64[np.ndarray, " n"],
     rings: int,
 ) -> Float64[np.ndarray, " n"]:
-    """Energy of the photos' disagreement, and of what they get wrong alike."""
-    unseen = times_unseen(equations.photos)
-    return unseen * loud * pool.energy(np.sum(energies, axis=0) / (PROBES * loud), rings)
+    """Energy of the photos' errors, correlated ones included."""
+    error_factor = error_over_disagreement(equations.photo_count)
+    return (
+        error_factor
+        * noise_level
+        * pool.energy(np.sum(energies, axis=0) / (PROBES * noise_level), rings)
+    )
 
 
-def _chord(seen: SeenSurface, pool: Pool) -> Float64[np.ndarray, " n"]:
-    """How far vertices stand out where faces are flat and the surface is round: edge^2 / 8 R.
+def _chordal_deviation_mm(observed: ObservedSurface, pool: Pool) -> Float64[np.ndarray, " n"]:
+    """Height of the surface over the middle of an edge: edge^2 / 8 R.
 
-    Of a mesh as coarse as its relief that is most of what single vertices err by; what measures of
-    the faces have of it is a source of its own (`FACES`).
+    On a mesh as coarse as its relief it is most of the error of single vertices; what measures of
+    the faces have of it is a separate source (`FACES`).
     """
-    edge2 = seen.thin_plate.area_mm2 * 2 / np.sqrt(3)
-    return edge2 / 8 * np.abs(pool.mean((seen.quadric[:, 0] + seen.quadric[:, 2]) / 2))
+    edge2 = observed.thin_plate.area_mm2 * 2 / np.sqrt(3)
+    return edge2 / 8 * np.abs(pool.mean((observed.quadric[:, 0] + observed.quadric[:, 2]) / 2))
 
 
 _CAMERA_MODES, _WEAKER_MODES = 6, 5
-"""Sources kept by themselves beside the scale; the next ones go to the local part."""
-_ASKED = 2000
-"""Vertices that tell which modes are strong."""
-_LEAST_SPREAD = 1e-4
-"""Photos that look along nearly one ray (mean square of t_k - t) do not measure."""
+"""Camera modes kept as shared sources, and the next ones, which are added to the local part."""
+_SAMPLED_VERTICES = 2000
+"""Vertices from which the strongest modes are computed."""
+_MIN_SPREAD = 1e-4
+"""Mean square of t_k - t below which photos look along nearly one ray and do not measure."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SharedErrors:
-    """By vertex, along the normal."""
+    """Errors along the normal, by vertex, that all vertices share."""
 
     modes_mm: Float64[np.ndarray, "n k"]
     """The scale first, then the cameras' strongest modes."""
@@ -552,47 +596,49 @@ def shared_errors(
     measured: Bool[np.ndarray, " n"],
     metric: MetricScene,
 ) -> SharedErrors:
-    """Scale and camera errors on the surface."""
-    asked = np.flatnonzero(measured)
-    asked = asked[:: max(1, len(asked) // _ASKED)]
+    """Errors of scale and cameras on the surface."""
+    sampled = np.flatnonzero(measured)
+    sampled = sampled[:: max(1, len(sampled) // _SAMPLED_VERTICES)]
     vertices, normals = mesh.vertices_mm, axes[:, 2]
-    arms = vertices - (vertices[asked] if len(asked) else vertices).mean(0)
-    growth = np.einsum("ni,ni->n", arms, normals)
-    in_place = np.hstack([normals, np.cross(arms, normals)])
+    from_centre = vertices - (vertices[sampled] if len(sampled) else vertices).mean(0)
+    growth = np.einsum("ni,ni->n", from_centre, normals)
+    rigid_moves = np.hstack([normals, np.cross(from_centre, normals)])
     scale = np.nan_to_num(metric.scale.relative_sigma) * growth[:, None]
-    scale -= in_place @ _laid(in_place[asked], scale[asked])
+    scale -= rigid_moves @ _rigid_fit(rigid_moves[sampled], scale[sampled])
     covariance = metric.scene.camera_covariance
-    if covariance is None or not len(asked):
+    if covariance is None or not len(sampled):
         return SharedErrors(modes_mm=scale, rest_mm2=np.zeros(len(mesh)))
 
-    root = _root(covariance)
+    root = _covariance_root(covariance)
     by_cameras = metric.scale.by_cameras
-    if by_cameras is None:  # the scale was found otherwise: cameras do not make it grow
-        in_place = np.hstack([in_place, growth[:, None]])
+    if by_cameras is None:  # the scale does not depend on the cameras
+        rigid_moves = np.hstack([rigid_moves, growth[:, None]])
         by_cameras = np.zeros(len(root))
-    few = _displacements(vertices[asked], axes[asked], seen_by[asked], metric.scene, root)
-    few += np.outer(growth[asked], by_cameras @ root)
-    laid = _laid(in_place[asked], few)
-    few -= in_place[asked] @ laid
-    values, turn = np.linalg.eigh(few.T @ few)
-    strongest = turn[:, np.argsort(-values)[: _CAMERA_MODES + _WEAKER_MODES]]
+    sampled_moves = _displacements(
+        vertices[sampled], axes[sampled], seen_by[sampled], metric.scene, root
+    )
+    sampled_moves += np.outer(growth[sampled], by_cameras @ root)
+    fit = _rigid_fit(rigid_moves[sampled], sampled_moves)
+    sampled_moves -= rigid_moves[sampled] @ fit
+    values, vectors = np.linalg.eigh(sampled_moves.T @ sampled_moves)
+    strongest = vectors[:, np.argsort(-values)[: _CAMERA_MODES + _WEAKER_MODES]]
     modes = _displacements(vertices, axes, seen_by, metric.scene, root @ strongest)
-    modes += np.outer(growth, by_cameras @ root @ strongest) - in_place @ (laid @ strongest)
+    modes += np.outer(growth, by_cameras @ root @ strongest) - rigid_moves @ (fit @ strongest)
     return SharedErrors(
         modes_mm=np.hstack([scale, modes[:, :_CAMERA_MODES]]),
         rest_mm2=(modes[:, _CAMERA_MODES:] ** 2).sum(1),
     )
 
 
-def _laid(
-    in_place: Float64[np.ndarray, "m g"], moves: Float64[np.ndarray, "m r"]
+def _rigid_fit(
+    rigid_moves: Float64[np.ndarray, "m g"], moves: Float64[np.ndarray, "m r"]
 ) -> Float64[np.ndarray, "g r"]:
-    """Shifts and turns that lay moved surfaces on themselves again."""
-    return np.linalg.lstsq(in_place, moves, rcond=None)[0]
+    """Least-squares coefficients of the rigid motions that reproduce these moves."""
+    return np.linalg.lstsq(rigid_moves, moves, rcond=None)[0]
 
 
-def _root(covariance: Float64[np.ndarray, "u u"]) -> Float64[np.ndarray, "u r"]:
-    """Columns whose outer products add up to the covariance."""
+def _covariance_root(covariance: Float64[np.ndarray, "u u"]) -> Float64[np.ndarray, "u r"]:
+    """A square root of the covariance: columns whose outer products add up to it."""
     sigma = np.sqrt(np.diag(covariance))
     scale = np.where(sigma > 0, sigma, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
@@ -607,7 +653,7 @@ def _displacements(
     scene: Scene,
     root: Float64[np.ndarray, "u r"],
 ) -> Float64[np.ndarray, "n r"]:
-    """Moves along the normal for each column of camera numbers."""
+    """Moves along the normal for each column of camera parameters."""
     moves = np.zeros((len(vertices), root.shape[1]))
     _displace(
         np.ascontiguousarray(vertices),
@@ -631,7 +677,7 @@ def _displace(
     root: np.ndarray,
     moves: np.ndarray,
 ):
-    """Fill `moves`, zeros, of the vertices whose photos look from sides enough."""
+    """Fill `moves`, zeros at first, at vertices whose photos see them from different directions."""
     columns, lenses = root.shape[1], POSE_SIZE * len(views)
     xy, by_point = np.empty(2), np.empty((2, 3))
     by_pose, by_lens = np.empty((2, POSE_SIZE)), np.empty((2, LENS_SIZE))
@@ -672,53 +718,52 @@ def _displace(
         if count == 0:
             continue
         spread = sum_tt - (sum_t[0] * sum_t[0] + sum_t[1] * sum_t[1]) / count
-        if spread > _LEAST_SPREAD * count:
+        if spread > _MIN_SPREAD * count:
             for r in range(columns):
-                alone = (sum_t[0] * sum_s[0, r] + sum_t[1] * sum_s[1, r]) / count
-                moves[n, r] = (alone - sum_ts[r]) / spread
+                error_factor = (sum_t[0] * sum_s[0, r] + sum_t[1] * sum_s[1, r]) / count
+                moves[n, r] = (error_factor - sum_ts[r]) / spread
 
 
 SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"
 FACES, GAPS, CREASES = "flat faces", "gaps between paint", "lost depth of creases"
-"""Sources of what all vertices share, as `Mesh.shared_sources` has them."""
+"""Names of the shared sources, as `Mesh.shared_sources` has them."""
 _FACES_LEFT = 0.2
-"""Standard deviation of how far flat faces as a whole lie off the limb, in chordal deviations. On a
-ball 0.05 to 0.07 of them for edges of 4 to 8 pixels, -0.25 to -0.30 for edges of 15."""
+"""Standard deviation of the offset of flat faces as a whole, in chordal deviations. On a ball it is
+0.05 to 0.07 for edges of 4 to 8 pixels, -0.25 to -0.30 for edges of 15."""
 _SUNK_PX = 0.13
-"""How far the surface lies in or out in all gaps between paint alike, in pixels where all of an
-error of the given surface is left: depth maps span them as chords do. Slopes of the errors on what
-is left: -0.20 to -0.07 px on seven sparse and bare captures, -0.18 to 0.10 on four others."""
+"""Standard deviation of the common offset in all gaps between paint, in pixels, where an error of
+the given surface remains whole: depth maps span gaps as chords do. Errors per remaining share:
+-0.20 to -0.07 px on seven sparse and bare captures, -0.18 to 0.10 on four others."""
 OFFSET_PX = 0.006
-"""How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
-53 small captures (seeds 6000 to 7088) say -0.007 px for thighs, -0.003 for shanks and 0.003 for
-bulbous limbs, and blur that is not known adds 0.002. Errors of 139 volumes (seeds 9000 to 11099)
-were 0.92 of what 0.005 states; of 30 made by later code (seeds 32100 to 35007) 1.2 of what 0.0045
-states."""
+"""Standard deviation of the whole surface's offset from the sampling of photos, in pixels: volumes
+of 53 small captures (seeds 6000 to 7088) give -0.007 px for thighs, -0.003 for shanks and 0.003 for
+bulbous limbs, and unknown blur adds 0.002. Errors of 139 volumes (seeds 9000 to 11099) were 0.92 of
+what 0.005 states; of 30 made by later code (seeds 32100 to 35007) 1.2 of what 0.0045 states."""
 
 
 def with_sigma(
     mesh: Mesh,
-    seen: SeenSurface,
+    observed: ObservedSurface,
     equations: JointEquations,
-    usual: ByUsualPlate,
+    reference: ReferencePlateFit,
     metric: MetricScene,
     guessed: Bool[np.ndarray, " n"],
 ) -> Mesh:
     """The mesh with its sigmas; NaN at filled vertices.
 
     Args:
-        guessed: Vertices that no depth map had. Patches that look alike by chance are found on bare
-            skin too, so such a vertex counts as filled unless texture holds it.
+        guessed: Vertices that no depth map had. Patches correlate by chance on bare skin too, so
+            such a vertex counts as filled unless it is textured.
     """
-    local = local_errors(mesh, seen, equations, usual)
-    filled = all_filled(mesh, equations, guessed, local.left)
-    measured = ~filled & (equations.photos > 1)
-    shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
-    offset_mm = OFFSET_PX * seen.pixel_mm
+    local = local_errors(mesh, observed, equations, reference)
+    filled = filled_or_unsupported(mesh, equations, guessed, local.start_error_left)
+    measured = ~filled & (equations.photo_count > 1)
+    shared = shared_errors(mesh, observed.axes, observed.seen_by, measured, metric)
+    offset_mm = OFFSET_PX * observed.pixel_mm
     faces_mm = _FACES_LEFT * mesh.chordal_deviations_mm()
-    gaps_mm = _SUNK_PX * local.left * seen.pixel_mm
+    gaps_mm = _SUNK_PX * local.start_error_left * observed.pixel_mm
     beside_mm = np.column_stack([shared.modes_mm, offset_mm, faces_mm])
-    within_mm = np.column_stack([gaps_mm, local.creases_mm])  # of the local variance
+    within_mm = np.column_stack([gaps_mm, local.creases_mm])  # these are part of the local variance
     cameras, creases = shared.modes_mm.shape[1] - 1, local.creases_mm.shape[1]
     variance = local.variance_mm2 + shared.rest_mm2 + (beside_mm**2).sum(1)
     return replace(

@@ -1,7 +1,7 @@
-"""Visibility of vertices in photos, and the angle of incidence: ray casting against the mesh.
+"""Visibility of vertices in photos, and angles of incidence, by ray casting against the mesh.
 
 In      a mesh and placed views.
-Out     per vertex and photo the cosine of the incidence angle, 0 where it is not seen.
+Out     per vertex and photo the cosine of the incidence angle, 0 where it is not visible.
 """
 
 import math
@@ -18,12 +18,12 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 
-_LIFT = 0.5
+_RAY_START_EDGES = 0.5
 """A ray starts this many edge lengths above its vertex, so that it misses its own triangles."""
 _MARGIN_PX = 4.0
-"""What lies nearer than this to a photo's border is out of frame."""
+"""Points nearer than this to a photo's border count as out of frame."""
 _BLOCK = 16384
-"""Vertices looked at a time: what is known of all photos is ten times what is kept of it."""
+"""Vertices per block: the cosines of all photos take ten times the memory of those kept."""
 
 
 def incidence_cosines(
@@ -31,29 +31,29 @@ def incidence_cosines(
 ) -> Float32[np.ndarray, "n k"]:
     """Cosine between normal and ray by vertex and view; 0 where hidden, out of frame or steeper.
 
-    step: looks at every step-th vertex only.
+    step: only every step-th vertex is computed.
     """
-    asked = np.arange(0, len(mesh), step)
-    return np.concatenate(list(incidences(mesh, views, max_incidence_deg, asked)))
+    vertex_idx = np.arange(0, len(mesh), step)
+    return np.concatenate(list(incidence_cosine_blocks(mesh, views, max_incidence_deg, vertex_idx)))
 
 
-def incidences(
+def incidence_cosine_blocks(
     mesh: Mesh,
     views: Sequence[View],
     max_incidence_deg: float,
-    asked: Int64[np.ndarray, " m"] | None = None,
+    vertex_idx: Int64[np.ndarray, " m"] | None = None,
 ) -> Iterator[Float32[np.ndarray, "b k"]]:
-    """The same of all vertices, or of those asked, some at a time: memory may not hold them all."""
+    """The same in blocks of vertices, all or those of `vertex_idx`, as memory may not hold all."""
     vertices, normals = mesh.vertices_mm, mesh.vertex_normals()
-    if asked is not None:
-        vertices, normals = vertices[asked], normals[asked]
+    if vertex_idx is not None:
+        vertices, normals = vertices[vertex_idx], normals[vertex_idx]
     scene = EmbreeScene()
     TriangleMesh(scene, mesh.vertices_mm.astype(np.float32), mesh.faces)
-    origins = (vertices + _LIFT * typical_edge_mm(mesh) * normals).astype(np.float32)
-    lowest = float(np.cos(np.radians(max_incidence_deg)))
+    origins = (vertices + _RAY_START_EDGES * typical_edge_mm(mesh) * normals).astype(np.float32)
+    min_cosine = float(np.cos(np.radians(max_incidence_deg)))
     for start in range(0, max(len(vertices), 1), _BLOCK):
         block = slice(start, start + _BLOCK)
-        yield _cosines(scene, vertices[block], normals[block], origins[block], views, lowest)
+        yield _cosines(scene, vertices[block], normals[block], origins[block], views, min_cosine)
 
 
 def _cosines(
@@ -62,13 +62,16 @@ def _cosines(
     normals: Points3,
     origins: Float32[np.ndarray, "b 3"],
     views: Sequence[View],
-    lowest: float,
+    min_cosine: float,
 ) -> Float32[np.ndarray, "b k"]:
+    """Cosines of one block of vertices."""
     cosines = np.zeros((len(vertices), len(views)), np.float32)
     cosine, rays = np.empty(len(vertices)), np.empty((len(vertices), 3), np.float32)
     for k, view in enumerate(views):
-        _look(vertices, normals, np.asarray(view.centre_in_world, np.float64), cosine, rays)
-        facing = np.flatnonzero(cosine > lowest)
+        _rays_to_camera(
+            vertices, normals, np.asarray(view.centre_in_world, np.float64), cosine, rays
+        )
+        facing = np.flatnonzero(cosine > min_cosine)
         facing = facing[view.shows(vertices[facing], _MARGIN_PX)]
         if not len(facing):
             continue
@@ -79,14 +82,14 @@ def _cosines(
 
 
 @njit(cache=True, nogil=True)
-def _look(
+def _rays_to_camera(
     vertices: np.ndarray,
     normals: np.ndarray,
     centre: np.ndarray,
     cosine: np.ndarray,
     rays: np.ndarray,
 ):
-    """Fill the rays to a camera and their cosines with the normals."""
+    """Fill the unit rays from vertices to a camera and their cosines with the normals."""
     ray = np.empty(3)
     for n in range(len(vertices)):
         length2 = 0.0
@@ -110,6 +113,6 @@ def best_views(cosines: Float32[np.ndarray, "n k"], count: int) -> Int32[np.ndar
 
 
 def typical_edge_mm(mesh: Mesh) -> float:
-    """Median edge length."""
+    """Median length of each face's first edge."""
     first, second = mesh.vertices_mm[mesh.faces[:, 0]], mesh.vertices_mm[mesh.faces[:, 1]]
     return float(np.median(np.linalg.norm(first - second, axis=1)))

@@ -5,8 +5,8 @@ from limbgram.core.mesh.sections import Section, cut
 from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
 from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.reconstruction.surface.repair import repair
-from limbgram.reconstruction.surface.resampling import refine
 
 __all__ = [
     "Mesh",

@@ -1,11 +1,11 @@
-"""The brim: notches of the open end are filled, and marked, up to the level of the brim.
+"""The brim: fills and marks the notches of the open end, up to the level of the brim.
 
 In      a manifold mesh whose open end is ragged: photos saw less of some sides than of others.
-Out     the mesh with its notches filled and marked; what was there stays as it is, unless it
-        folds: a ragged rim does where it is closed.
-Method  the whole opening is capped by a thin plate that continues the surface; of the cap stays
-        what goes on as a wall above the brim's level, within the brim's convex hull: a notch lies
-        between measured parts. Folds are laid back, and marked too.
+Out     the mesh with its notches filled and marked; measured vertices keep their positions, unless
+        closing a ragged rim folds them.
+Method  A thin plate that continues the surface caps the whole opening. The parts of the cap that
+        continue as a wall above the brim's level, within the brim's convex hull, stay: a notch lies
+        between measured parts. Folds are flattened, and marked too.
 """
 
 from dataclasses import dataclass, replace
@@ -31,64 +31,66 @@ from limbgram.reconstruction.surface.cleaning import face_normals, largest_manif
 from limbgram.reconstruction.surface.holes import fill_holes, loop_area
 
 _NOTCH_EDGES = 4.0
-"""A brim that nowhere stands this many edge lengths above its level is even enough."""
+"""A brim that rises less than this many edge lengths above its level has no notches."""
 _FLOOR_DEG = 25.0
-"""Parts of the cap flatter than this to the brim's plane are its floor, and go."""
+"""Parts of the cap at a smaller angle to the brim's plane are its floor, and are removed."""
 _FLOOR_SHARE = 0.05
-"""Parts of the floor smaller than this part of the largest one stay closed with the walls."""
+"""Parts of the floor smaller than this share of the largest one stay closed, as the walls do."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BrimOptions:
-    """What is a notch, and how much may be guessed."""
+    """Where the brim's level lies, and how much may be filled."""
 
     level: float = 0.2
-    """Part of the brim's length that lies below its level: single tongues do not set it."""
+    """Share of the brim's length that lies below its level, which keeps it off single tongues."""
 
     most_share: float = 0.1
-    """Notches of more than this part of the surface stay open: too much would be a guess."""
+    """Notches of more than this share of the surface stay open: the filling would be a guess."""
 
 
 DEFAULTS = BrimOptions()
-_FITS = 30
+_PLANE_ITERATIONS = 30
 _CAP_EDGES = 1.5
 """Edge length of the cap, in edges of the mesh."""
-_PASSAGE_STEPS = 4
-"""How much longer than the shortest a way from one floor to the next may be, in faces of the cap,
-to become part of the passage between them."""
+_PASSAGE_SLACK_FACES = 4
+"""Faces by which a path from one floor to the next may exceed the shortest one and still belong to
+the passage between them."""
 
 
 def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
-    """Close the notches of the largest opening; the mesh itself where there are none."""
+    """The mesh with the notches of its largest opening closed; the mesh itself if it has none."""
     loops = boundary_loops(mesh.faces)
     if not loops:
         return mesh
     areas = [loop_area(mesh.vertices_mm[loop]) for loop in loops]
     sizes = [float(np.linalg.norm(area)) for area in areas]
     if not max(sizes) > 0:
-        return mesh  # slits: nothing is open
+        return mesh  # only slits
     brim = loops[int(np.argmax(sizes))]
-    upward, level_mm, edge_mm = _level(mesh.vertices_mm[brim], mesh.vertices_mm, options.level)
+    upward, level_mm, edge_mm = _quantile_plane(
+        mesh.vertices_mm[brim], mesh.vertices_mm, options.level
+    )
     notch_mm = level_mm + _NOTCH_EDGES * edge_mm
     if (mesh.vertices_mm[brim] @ upward).max() < notch_mm:
         return mesh
     capped = fill_holes(mesh.vertices_mm, mesh.faces, [brim], _CAP_EDGES * edge_mm)
-    opened = capped.faces[~_opening(mesh, brim, capped, upward, level_mm, notch_mm)]
+    opened = capped.faces[~_faces_to_open(mesh, brim, capped, upward, level_mm, notch_mm)]
     opened = largest_manifold(capped.vertices_mm, opened)
-    result = with_faces(_carried(mesh, capped), opened)
-    much = _filled_area(result) - _filled_area(mesh) > options.most_share * result.area_mm2()
-    if much or len(boundary_loops(result.faces)) > len(loops):
+    result = with_faces(_with_attributes(mesh, capped), opened)
+    too_much = _filled_area(result) - _filled_area(mesh) > options.most_share * result.area_mm2()
+    if too_much or len(boundary_loops(result.faces)) > len(loops):
         return mesh
     return unfolded(result).mesh
 
 
-def _level(
+def _quantile_plane(
     brim: Points3, body: Float64[np.ndarray, "m 3"], share: float
 ) -> tuple[Vector3, float, float]:
-    """Unit normal towards the body, height along it and edge length of the brim's level.
+    """Unit normal towards the body, height along it, and median edge length of the brim's level.
 
-    The level is the plane under which `share` of the brim's length lies: a regression by
-    quantiles (Koenker and Bassett 1978), which notches do not tilt.
+    The level is the plane under which `share` of the brim's length lies: a quantile regression
+    (Koenker and Bassett 1978), which notches do not tilt.
     """
     area = loop_area(brim)
     normal = area / np.linalg.norm(area)
@@ -100,16 +102,16 @@ def _level(
     terms = np.column_stack([(brim - middle) @ across.T, np.ones(len(brim))])
     heights = (brim - middle) @ normal
     plane = np.zeros(3)
-    for _ in range(_FITS):
+    for _ in range(_PLANE_ITERATIONS):
         above = heights - terms @ plane
         weight = length * np.where(above > 0, share, 1 - share) / np.maximum(abs(above), edges)
         plane = np.linalg.solve((terms * weight[:, None]).T @ terms, terms.T @ (weight * heights))
     tilted = normal - plane[:2] @ across
-    size = float(np.linalg.norm(tilted))
-    return tilted / size, float(tilted @ middle + plane[2]) / size, float(np.median(edges))
+    norm = float(np.linalg.norm(tilted))
+    return tilted / norm, float(tilted @ middle + plane[2]) / norm, float(np.median(edges))
 
 
-def _opening(
+def _faces_to_open(
     mesh: Mesh,
     brim: Int32[np.ndarray, " b"],
     capped: Mesh,
@@ -117,40 +119,42 @@ def _opening(
     level_mm: float,
     notch_mm: float,
 ) -> Bool[np.ndarray, " f"]:
-    """Faces of the cap that are taken out again: its floor, in one part, and scraps at the rim."""
-    new = ~np.isin(_keys(capped.faces), _keys(mesh.faces))
+    """Faces of the cap to remove again: its floor, in one part, and low remains at the rim."""
+    new = ~np.isin(_face_keys(capped.faces), _face_keys(mesh.faces))
     heights = (capped.vertices_mm @ upward)[capped.faces].mean(1)
     flat = np.abs(face_normals(capped.vertices_mm, capped.faces) @ upward) > np.cos(
         np.radians(_FLOOR_DEG)
     )
-    past = np.zeros(len(new), np.bool_)
+    beyond = np.zeros(len(new), np.bool_)
     middles = capped.vertices_mm[capped.faces[new]].mean(1)
-    past[new] = _past_end(middles, mesh.vertices_mm[brim], mesh.vertices_mm.mean(0), upward)
-    going = np.flatnonzero(new & (flat | (heights < level_mm) | past))
+    beyond[new] = _beyond_hull(middles, mesh.vertices_mm[brim], mesh.vertices_mm.mean(0), upward)
+    candidates = np.flatnonzero(new & (flat | (heights < level_mm) | beyond))
     out = np.zeros(len(new), np.bool_)
-    if len(going):
-        labels = face_components(capped.faces[going])
-        areas = np.bincount(labels, _areas(capped)[going])
+    if len(candidates):
+        labels = face_components(capped.faces[candidates])
+        areas = np.bincount(labels, _face_areas(capped)[candidates])
         floors = np.flatnonzero(areas >= _FLOOR_SHARE * areas.max())
-        of_face = np.full(len(new), -1)
-        of_face[going] = labels
-        parts = [of_face == floor for floor in floors[np.argsort(-areas[floors], kind="stable")]]
-        out = _as_one(capped.faces, new, parts)
-    staying = np.flatnonzero(new & ~out)
-    part = face_components(capped.faces[staying])
+        floor_label = np.full(len(new), -1)
+        floor_label[candidates] = labels
+        parts = [
+            floor_label == floor for floor in floors[np.argsort(-areas[floors], kind="stable")]
+        ]
+        out = _joined_floors(capped.faces, new, parts)
+    closed = np.flatnonzero(new & ~out)
+    part = face_components(capped.faces[closed])
     highest = np.full(part.max(initial=-1) + 1, -np.inf)
-    np.maximum.at(highest, part, heights[staying])
-    out[staying[highest[part] < notch_mm]] = True
+    np.maximum.at(highest, part, heights[closed])
+    out[closed[highest[part] < notch_mm]] = True
     return out
 
 
-def _past_end(
+def _beyond_hull(
     places_mm: Float64[np.ndarray, "p 3"], brim: Points3, middle_mm: Vector3, upward: Vector3
 ) -> Bool[np.ndarray, " p"]:
-    """Places that stand out of the convex hull of the brim at the limb's end.
+    """Points outside the convex hull of the brim, beyond the limb's end.
 
     Where one side of a limb ends higher than the others, as under a chin, the level is tilted: it
-    runs below the measured rim of the other side, which would grow by a wall that is not there.
+    runs below the measured rim of the other side, which would grow by a wall that does not exist.
     """
     hull = ConvexHull(np.vstack([brim, middle_mm])).equations
     ends = hull[hull[:, :3] @ upward < -np.cos(np.radians(_FLOOR_DEG))]
@@ -158,41 +162,40 @@ def _past_end(
     return np.asarray(outside.any(axis=1))
 
 
-def _as_one(
+def _joined_floors(
     faces: Faces, new: Bool[np.ndarray, " f"], floors: list[Bool[np.ndarray, " f"]]
 ) -> Bool[np.ndarray, " f"]:
-    """All floors as one opening: what of the cap lies between two is opened where it is narrowest.
+    """Faces of all floors joined to one opening by the shortest passages over the cap.
 
-    Under an arch the walls from both sides may just meet in a strip, or just not: what is the
-    floor of a heel must not be closed by that. A floor that measured faces part from the others
-    stays closed.
+    Under an arch the walls from both sides may meet in a narrow strip; it must not close the floor
+    of a heel. A floor that measured faces separate from the others stays closed.
     """
     out = floors[0].copy()
     if len(floors) == 1:
         return out
-    sides = find_edges(faces).faces()
-    sides = sides[(sides >= 0).all(1)]
-    sides = sides[new[sides].all(1)]
-    links = coo_array((np.ones(len(sides)), tuple(sides.T)), shape=(len(faces),) * 2).tocsr()
+    adjacent = find_edges(faces).faces()
+    adjacent = adjacent[(adjacent >= 0).all(1)]
+    adjacent = adjacent[new[adjacent].all(1)]
+    links = coo_array((np.ones(len(adjacent)), tuple(adjacent.T)), shape=(len(faces),) * 2).tocsr()
     for floor in floors[1:]:
         steps = [
             dijkstra(links, directed=False, indices=start, unweighted=True, min_only=True)
             for start in (np.flatnonzero(out), np.flatnonzero(floor))
         ]
-        across = steps[0] + steps[1]
-        nearest = float(across.min())
-        if np.isfinite(nearest):
-            out |= floor | (across <= nearest + _PASSAGE_STEPS)
+        path_length = steps[0] + steps[1]
+        shortest = float(path_length.min())
+        if np.isfinite(shortest):
+            out |= floor | (path_length <= shortest + _PASSAGE_SLACK_FACES)
     return out
 
 
-def _keys(faces: Int32[np.ndarray, "f 3"]) -> np.ndarray:
-    """One value a triangle, whatever corner comes first."""
+def _face_keys(faces: Int32[np.ndarray, "f 3"]) -> np.ndarray:
+    """One value per triangle, the same for every order of its corners."""
     return np.sort(faces, axis=1).astype(np.int32).copy().view("i4,i4,i4").ravel()
 
 
-def _carried(mesh: Mesh, capped: Mesh) -> Mesh:
-    """The capped mesh with what was known of the old vertices; new ones are filled."""
+def _with_attributes(mesh: Mesh, capped: Mesh) -> Mesh:
+    """The capped mesh with the attributes of the old vertices; new ones are marked as filled."""
     count, added = len(mesh), len(capped) - len(mesh)
     nearest = KDTree(mesh.vertices_mm).query(capped.vertices_mm[count:])[1].astype(np.int64)
     whole = taking_vertices(mesh, np.concatenate([np.arange(count), nearest]))
@@ -205,10 +208,11 @@ def _carried(mesh: Mesh, capped: Mesh) -> Mesh:
 
 
 def _filled_area(mesh: Mesh) -> float:
+    """Area of the faces at filled vertices."""
     if mesh.filled is None:
         return 0.0
-    return float(_areas(mesh)[mesh.filled[mesh.faces].any(1)].sum())
+    return float(_face_areas(mesh)[mesh.filled[mesh.faces].any(1)].sum())
 
 
-def _areas(mesh: Mesh) -> Float64[np.ndarray, " f"]:
+def _face_areas(mesh: Mesh) -> Float64[np.ndarray, " f"]:
     return 0.5 * np.linalg.norm(mesh.face_normals(), axis=1)

@@ -1,9 +1,7 @@
-"""Cleaning: removes faces that are degenerate, doubled, folded or non-manifold; only holes remain.
+"""Cleaning: removes faces that are degenerate, duplicate, folded or non-manifold, and ragged rims.
 
-Trimming: cut the ragged rim of an opening back to what was measured.
-
-In      a mesh, and which of its vertices are in doubt.
-Out     the mesh without the doubtful vertices along its openings.
+In      vertices and faces; to trim rims, a mesh and its doubtful vertices.
+Out     the faces that remain; the mesh without the doubtful vertices along its openings.
 """
 
 import numpy as np
@@ -12,9 +10,10 @@ from jaxtyping import Bool, Float64, Int32, Int64
 from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.mesh.mesh import Mesh, crosses, unit
 from limbgram.core.mesh.topology import (
-    boundary_half_edges,
+    boundary_vertices,
     broken_half_edges,
     corner_fans,
+    edge_lengths,
     face_components,
     find_edges,
     number_pairs,
@@ -23,20 +22,20 @@ from limbgram.core.mesh.topology import (
 
 _FewerFaces = Int32[np.ndarray, "kept 3"]
 
-_MOST_ROUNDS = 50
+_MAX_ROUNDS = 50
 _FOLD_COSINE = -0.2
 """Neighbouring faces whose normals differ by more than 101 degrees make a fold."""
-_SPIKE_LINKS = 1.5
-"""A spike stands out of the ring of its neighbours by more than so many of the ring's edges."""
+_SPIKE_RATIO = 1.5
+"""A spike's distance from the middle of its 1-ring, in the ring's mean edge length."""
 
-_LONG_EDGES = 3.0
-"""Faces with an edge of more than so many usual ones span what no point shows."""
+_LONG_EDGE_RATIO = 3.0
+"""Faces with an edge of more than so many median ones span gaps between the points."""
 _TONGUE_ROUNDS = 5
-"""Rounds of taking long faces off an opening: a part of sparse points must not be eaten up."""
+"""Rounds of removing long faces at openings; more would consume parts of sparse points."""
 
 
-def drop_flat_and_double(vertices: Points3, faces: Faces) -> _FewerFaces:
-    """Faces with three different corners and an area, each only once."""
+def drop_degenerate_and_duplicate(vertices: Points3, faces: Faces) -> _FewerFaces:
+    """Faces without the degenerate ones and without duplicates."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     along, across, area = b - a, c - a, crosses(vertices, faces)
     edge2, side2, area2 = (np.einsum("ij,ij->i", row, row) for row in (along, across, area))
@@ -49,14 +48,14 @@ def drop_flat_and_double(vertices: Points3, faces: Faces) -> _FewerFaces:
 
 
 def make_manifold(faces: Faces) -> _FewerFaces:
-    """Take faces away until every edge has two sides at most and every vertex one fan.
+    """The faces left once every edge has at most two faces and every vertex one fan.
 
     At a vertex of several fans the largest stays.
     """
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         broken = broken_half_edges(faces).reshape(-1, 3).any(1)
         if not broken.any():
-            broken = _beside_the_largest_fan(faces)
+            broken = _outside_largest_fan(faces)
         if not broken.any():
             return faces
         faces = faces[~broken]
@@ -64,7 +63,7 @@ def make_manifold(faces: Faces) -> _FewerFaces:
 
 
 def drop_folds(vertices: Points3, faces: Faces) -> _FewerFaces:
-    """Take away the faces at sharp folds and at spikes."""
+    """The faces without those at sharp folds and at spikes."""
     normals = face_normals(vertices, faces)
     sides = find_edges(faces).faces()
     sides = sides[sides[:, 1] >= 0]
@@ -76,28 +75,28 @@ def drop_folds(vertices: Points3, faces: Faces) -> _FewerFaces:
 
 
 def drop_tongues(vertices: Points3, faces: Faces) -> _FewerFaces:
-    """Take long faces off the openings."""
+    """The faces without long ones at the openings."""
     edges = find_edges(faces)
-    lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
+    lengths = edge_lengths(vertices, edges.ends)
     longest = lengths[edges.of_half_edge].reshape(-1, 3).max(1)
-    long = longest > _LONG_EDGES * np.median(lengths)
+    long = longest > _LONG_EDGE_RATIO * np.median(lengths)
     for _ in range(_TONGUE_ROUNDS):
-        going = long & (_open_sides(faces) >= 1)
-        faces, long = faces[~going], long[~going]
+        dropped = long & (_boundary_edge_counts(faces) >= 1)
+        faces, long = faces[~dropped], long[~dropped]
     return faces
 
 
 def drop_dangling(faces: Faces) -> _FewerFaces:
-    """Take away faces that hang on by one edge or less."""
-    going = _open_sides(faces) >= 2
-    while going.any():
-        faces = faces[~going]
-        going = _open_sides(faces) >= 2
+    """The faces without those that share at most one edge with others."""
+    dropped = _boundary_edge_counts(faces) >= 2
+    while dropped.any():
+        faces = faces[~dropped]
+        dropped = _boundary_edge_counts(faces) >= 2
     return faces
 
 
 def largest_manifold(vertices: Points3, faces: Faces) -> _FewerFaces:
-    """The largest piece, manifold."""
+    """The faces of the largest component, made manifold."""
     count = -1
     while count != len(faces):
         count = len(faces)
@@ -107,7 +106,7 @@ def largest_manifold(vertices: Points3, faces: Faces) -> _FewerFaces:
 
 
 def largest_component(vertices: Points3, faces: Faces) -> _FewerFaces:
-    """Faces of the component of the largest area."""
+    """The faces of the component with the largest area."""
     labels = face_components(faces)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     areas = np.bincount(labels, np.linalg.norm(np.cross(b - a, c - a), axis=1))
@@ -115,57 +114,56 @@ def largest_component(vertices: Points3, faces: Faces) -> _FewerFaces:
 
 
 def face_normals(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
-    """Unit normals."""
+    """Unit normals of the faces."""
     return unit(crosses(vertices, faces))
 
 
 def cut_back(mesh: Mesh, doubtful: Bool[np.ndarray, " n"], rings: int) -> Mesh:
-    """Take doubtful vertices off the openings, at most `rings` rows of them.
+    """The mesh without the doubtful vertices along its openings, at most `rings` rows of them.
 
-    A doubtful vertex inside the surface stays: no hole opens there.
+    A doubtful vertex inside the surface stays, so that no hole opens there.
     """
     faces = mesh.faces
     for _ in range(rings):
-        at_rim = np.zeros(len(mesh), bool)
-        at_rim[boundary_half_edges(faces).ravel()] = True
-        going = at_rim & doubtful
-        if not going.any():
+        dropped = boundary_vertices(faces, len(mesh)) & doubtful
+        if not dropped.any():
             break
-        faces = faces[~going[faces].any(axis=1)]
+        faces = faces[~dropped[faces].any(axis=1)]
     return with_faces(mesh, largest_manifold(mesh.vertices_mm, faces))
 
 
-def _beside_the_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
+def _outside_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
+    """Faces that belong to a vertex's fan other than its largest."""
     fans = corner_fans(faces).ravel()
     vertices = faces.ravel()
     size = np.bincount(fans)
-    # Fans in order of vertex, then size: the last one of a vertex is its largest.
+    # Fans are sorted by vertex, then by size: the last one of a vertex is its largest.
     first_corner = np.unique(fans, return_index=True)[1]
     of_vertex = vertices[first_corner]
     order = np.lexsort((size, of_vertex))
-    lesser = np.zeros(len(size), np.bool_)
-    lesser[order[:-1]] = of_vertex[order[:-1]] == of_vertex[order[1:]]
-    return np.asarray(lesser[fans].reshape(-1, 3).any(1))
+    not_largest = np.zeros(len(size), np.bool_)
+    not_largest[order[:-1]] = of_vertex[order[:-1]] == of_vertex[order[1:]]
+    return np.asarray(not_largest[fans].reshape(-1, 3).any(1))
 
 
 def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
-    """Vertices farther from the middle of their neighbours than the ring of these is wide."""
+    """Vertices that stand far out of their 1-rings."""
     corners = faces.ravel()
     ahead, behind = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
     count = np.maximum(np.bincount(corners, minlength=len(vertices)), 1)
-    apart = np.linalg.norm(vertices[ahead] - vertices[behind], axis=1)
-    link = np.bincount(corners, apart, len(vertices)) / count
-    middles = np.column_stack(
+    ring_edge = np.linalg.norm(vertices[ahead] - vertices[behind], axis=1)
+    mean_ring_edge = np.bincount(corners, ring_edge, len(vertices)) / count
+    midpoint_sums = np.column_stack(
         [
             np.bincount(corners, (vertices[ahead, k] + vertices[behind, k]) / 2, len(vertices))
             for k in range(3)
         ]
     )
-    away = np.linalg.norm(vertices - middles / count[:, None], axis=1)
-    return away > _SPIKE_LINKS * link
+    distance = np.linalg.norm(vertices - midpoint_sums / count[:, None], axis=1)
+    return distance > _SPIKE_RATIO * mean_ring_edge
 
 
-def _open_sides(faces: Faces) -> Int64[np.ndarray, " f"]:
+def _boundary_edge_counts(faces: Faces) -> Int64[np.ndarray, " f"]:
     """Number of boundary edges of each face."""
     edges = find_edges(faces)
     return (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)

@@ -2,16 +2,15 @@
 
 In      a Cloud: merged points with outward normals.
 Out     a Mesh: edge-manifold, consistently oriented; it may have holes and islands (`repair`).
-Method  Bernardini, Mittleman, Rushmeier, Silva and Taubin 1999 with balls of rising radius; points
-        nearer to each other than the noise lets a ball tell apart are thinned first.
-        Points lie in cells that fold into a table of buckets, so far outliers cost nothing; a
-        bucket may hold points of several cells, so every reader checks distances.
+Method  Bernardini, Mittleman, Rushmeier, Silva and Taubin 1999 with balls of increasing radius;
+        points closer to each other than half the typical spacing are thinned first.
+        Points lie in a hash grid, so far outliers cost nothing; a bucket may hold points of several
+        cells, so every reader checks distances.
         A face (a, b, o) is counter-clockwise seen from outside, where the ball lies. A front edge
         runs a to b as in its one face; the ball rolls over it, away from o, until it touches a
-        point k; the new face is (b, a, k). Edges are found by their ends in a hash table, so gluing
-        is one look-up (the loops of the paper need no lists of their own). Records are worked on in
-        the order of their making, so the front grows evenly and the result depends on nothing but
-        the points.
+        point k; the new face is (b, a, k). A hash table finds edges by their ends, so gluing is one
+        look-up and the loops of the paper need no lists. Edges are processed in the order in which
+        they were made, so the front grows evenly and the result depends on the points alone.
 Fails   SurfaceError: the points do not make a surface.
 """
 
@@ -25,11 +24,12 @@ from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.run import track
 
-_X, _Y, _Z = 73856093, 19349663, 83492791
+_HASH_X, _HASH_Y, _HASH_Z = 73856093, 19349663, 83492791
+"""Primes of the spatial hash."""
 
 
 class Grid(NamedTuple):
-    """Points of bucket b are order[starts[b]:starts[b + 1]]."""
+    """A hash grid: the points of bucket b are order[starts[b]:starts[b + 1]]."""
 
     low: np.ndarray
     cell: float
@@ -38,10 +38,11 @@ class Grid(NamedTuple):
 
 
 def build_grid(points: np.ndarray, cell: float) -> Grid:
+    """The hash grid of these points, with cells of this size."""
     low = points.min(0)
     buckets = 1 << max(4, int(len(points) - 1).bit_length())
     i, j, k = np.floor((points - low) / cell).astype(np.int64).T
-    keys = ((i * _X) ^ (j * _Y) ^ (k * _Z)) & (buckets - 1)
+    keys = ((i * _HASH_X) ^ (j * _HASH_Y) ^ (k * _HASH_Z)) & (buckets - 1)
     order = np.argsort(keys, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(keys, minlength=buckets))])
     return Grid(low, cell, starts.astype(np.int64), order)
@@ -49,20 +50,21 @@ def build_grid(points: np.ndarray, cell: float) -> Grid:
 
 @njit(cache=True, nogil=True)
 def bucket_of(grid: Grid, i: int, j: int, k: int) -> int:
-    return ((i * _X) ^ (j * _Y) ^ (k * _Z)) & (grid.starts.shape[0] - 2)
+    """The bucket of a cell."""
+    return ((i * _HASH_X) ^ (j * _HASH_Y) ^ (k * _HASH_Z)) & (grid.starts.shape[0] - 2)
 
 
 def in_cell_order(points: np.ndarray, cell: float) -> np.ndarray:
-    """Indices that put neighbours in space near each other in memory, however they came."""
+    """Indices that sort points by cell, so that neighbours in space lie close in memory."""
     i, j, k = np.floor((points - points.min(0)) / cell).astype(np.int64).T
     return np.lexsort((*points.T, i, j, k))
 
 
 @njit(cache=True, nogil=True)
-def keep_apart(points: np.ndarray, grid: Grid, distance: float) -> np.ndarray:
-    """Greedy choice of points, in order, none nearer to a chosen one than `distance`.
+def thinned(points: np.ndarray, grid: Grid, distance: float) -> np.ndarray:
+    """Mask of points, chosen greedily in order, none closer than `distance` to an earlier one.
 
-    The grid's cell must not be smaller than the distance.
+    The grid's cells must not be smaller than the distance.
     """
     kept = np.zeros(points.shape[0], np.bool_)
     for p in range(points.shape[0]):
@@ -88,7 +90,7 @@ def keep_apart(points: np.ndarray, grid: Grid, distance: float) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def find_centre(points: np.ndarray, a: int, b: int, c: int, radius: float, out: np.ndarray) -> bool:
-    """Centre of the ball on three points, on the outside of (a, b, c); False if none fits."""
+    """Fill the centre of the ball through three points, outside (a, b, c); False if none exists."""
     p, q, r = points[a], points[b], points[c]
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
@@ -112,16 +114,16 @@ def find_centre(points: np.ndarray, a: int, b: int, c: int, radius: float, out: 
 
 @njit(cache=True, nogil=True)
 def faces_outwards(points: np.ndarray, normals: np.ndarray, a: int, b: int, c: int) -> bool:
-    """Whether a face looks the way of the normals measured at all its corners."""
+    """Whether a face's normal agrees in direction with those of all its corners."""
     p, q, r = points[a], points[b], points[c]
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    m = normals
+    normal_of = normals
     return (
-        nx * m[a, 0] + ny * m[a, 1] + nz * m[a, 2] > 0
-        and nx * m[b, 0] + ny * m[b, 1] + nz * m[b, 2] > 0
-        and nx * m[c, 0] + ny * m[c, 1] + nz * m[c, 2] > 0
+        nx * normal_of[a, 0] + ny * normal_of[a, 1] + nz * normal_of[a, 2] > 0
+        and nx * normal_of[b, 0] + ny * normal_of[b, 1] + nz * normal_of[b, 2] > 0
+        and nx * normal_of[c, 0] + ny * normal_of[c, 1] + nz * normal_of[c, 2] > 0
     )
 
 
@@ -129,7 +131,7 @@ def faces_outwards(points: np.ndarray, normals: np.ndarray, a: int, b: int, c: i
 def roll_angle(
     start: np.ndarray, centre: np.ndarray, middle: np.ndarray, axis: np.ndarray
 ) -> float:
-    """Angle from one ball centre to the next round the edge, 0 to 2 pi, rolling forwards."""
+    """Angle about the edge from one ball centre to the next, 0 to 2 pi, rolling forwards."""
     x, y, z = centre[0] - middle[0], centre[1] - middle[1], centre[2] - middle[2]
     cosine = start[0] * x + start[1] * y + start[2] * z
     sine = (
@@ -138,20 +140,20 @@ def roll_angle(
         + axis[2] * (start[0] * y - start[1] * x)
     )
     angle = np.arctan2(sine, cosine)
-    # Points on one sphere differ by rounding: just behind means touched at once.
+    # Rounding separates points on one sphere: an angle just below 0 means 0.
     return angle + 2 * np.pi if angle < -1e-7 else max(angle, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def cell_along(grid: Grid, value: float, axis: int) -> int:
+def cell_index(grid: Grid, value: float, axis: int) -> int:
     """Number of the cell along one axis."""
     return int(np.floor((value - grid.low[axis]) / grid.cell))
 
 
 @njit(cache=True, nogil=True)
-def apart2(points: np.ndarray, k: int, place: np.ndarray) -> float:
-    """Squared distance of point k from a place."""
-    x, y, z = points[k, 0] - place[0], points[k, 1] - place[1], points[k, 2] - place[2]
+def distance2(points: np.ndarray, k: int, position: np.ndarray) -> float:
+    """Squared distance of point k from a position."""
+    x, y, z = points[k, 0] - position[0], points[k, 1] - position[1], points[k, 2] - position[2]
     return x * x + y * y + z * z
 
 
@@ -160,7 +162,7 @@ _SEED_NEIGHBOURS = 12
 
 
 class Front(NamedTuple):
-    """The growing surface; everything is allocated once."""
+    """The growing surface and its front, in arrays allocated once."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -171,14 +173,15 @@ class Front(NamedTuple):
     """Centre of the ball that made each edge's face."""
     states: np.ndarray
     table: np.ndarray
-    """Open addressing: edge record + 1 by its ends, 0 where free."""
+    """Hash table with open addressing: number of an edge + 1, found by its ends; 0 if free."""
     degree: np.ndarray
-    """Front edges at each point; -1 where the point has no face yet."""
+    """Number of front edges at each point; -1 while the point has no face."""
     counts: np.ndarray
-    """Faces and edge records made so far."""
+    """Numbers of faces and edges so far."""
 
 
 def start_front(points: np.ndarray, normals: np.ndarray) -> Front:
+    """An empty front over these points."""
     n = len(points)
     max_faces, max_edges = 3 * n + 16, 6 * n + 16
     return Front(
@@ -199,7 +202,7 @@ def start_front(points: np.ndarray, normals: np.ndarray) -> Front:
 def roll(front: Front, grid: Grid, radius: float) -> None:
     """Grow the surface with a ball of one radius: the old front first, then new seeds.
 
-    The grid's cell is twice the radius.
+    The grid's cells are twice the radius.
     """
     centre = np.empty(3)
     for edge in range(front.counts[1]):
@@ -222,6 +225,7 @@ def roll(front: Front, grid: Grid, radius: float) -> None:
 
 @njit(cache=True, nogil=True)
 def _advance(front: Front, grid: Grid, radius: float, edge: int) -> None:
+    """Pivot the ball over all active edges from number `edge` on."""
     centre = np.empty(3)
     while edge < front.counts[1]:
         if front.states[edge] == ACTIVE:
@@ -236,25 +240,25 @@ def _advance(front: Front, grid: Grid, radius: float, edge: int) -> None:
 
 @njit(cache=True, nogil=True)
 def _pivot(front: Front, grid: Grid, radius: float, edge: int, centre: np.ndarray) -> int:
-    """First point that the ball touches as it rolls over an edge, or -1; fills in its centre."""
+    """The first point that the ball touches as it rolls over an edge, or -1; fills its centre."""
     points = front.points
     a, b = front.ends[edge, 0], front.ends[edge, 1]
     o = front.opposite[edge]
     middle = 0.5 * (points[a] + points[b])
     axis = points[b] - points[a]
-    axis /= np.sqrt(apart2(points, a, points[b]))
+    axis /= np.sqrt(distance2(points, a, points[b]))
     start = front.centres[edge] - middle
     trial = np.empty(3)
-    # Typed, or numba would compile a variant for the literal.
+    # Typed, as numba would compile another variant for the literal.
     best, best_angle = int(np.int64(-1)), 2 * np.pi
-    ci = cell_along(grid, middle[0], 0)
-    cj = cell_along(grid, middle[1], 1)
-    ck = cell_along(grid, middle[2], 2)
+    ci = cell_index(grid, middle[0], 0)
+    cj = cell_index(grid, middle[1], 1)
+    ck = cell_index(grid, middle[2], 2)
     for cell in range(27):
         bucket = bucket_of(grid, ci + cell // 9 - 1, cj + cell // 3 % 3 - 1, ck + cell % 3 - 1)
         for s in range(grid.starts[bucket], grid.starts[bucket + 1]):
             k = grid.order[s]
-            if apart2(points, k, middle) > 4 * radius * radius:
+            if distance2(points, k, middle) > 4 * radius * radius:
                 continue
             if k == a or k in (b, o):
                 continue
@@ -276,20 +280,20 @@ def _pivot(front: Front, grid: Grid, radius: float, edge: int, centre: np.ndarra
 
 @njit(cache=True, nogil=True)
 def _seed(front: Front, grid: Grid, radius: float, a: int) -> bool:
-    """Try to start a surface at an unused point, nearest neighbours first."""
+    """Start a new face at an unused point, nearest neighbours first; False if none fits."""
     points = front.points
     near = np.empty(_SEED_NEIGHBOURS, np.int64)
     distances = np.full(_SEED_NEIGHBOURS, 4 * radius * radius)
     count = 0
-    place = points[a]
-    ci = cell_along(grid, place[0], 0)
-    cj = cell_along(grid, place[1], 1)
-    ck = cell_along(grid, place[2], 2)
+    position = points[a]
+    ci = cell_index(grid, position[0], 0)
+    cj = cell_index(grid, position[1], 1)
+    ck = cell_index(grid, position[2], 2)
     for cell in range(27):
         bucket = bucket_of(grid, ci + cell // 9 - 1, cj + cell // 3 % 3 - 1, ck + cell % 3 - 1)
         for s in range(grid.starts[bucket], grid.starts[bucket + 1]):
             k = grid.order[s]
-            distance = apart2(points, k, place)
+            distance = distance2(points, k, position)
             if k == a or front.degree[k] >= 0 or distance >= distances[-1]:
                 continue
             slot = min(count, _SEED_NEIGHBOURS - 1)
@@ -319,7 +323,7 @@ def _seed(front: Front, grid: Grid, radius: float, a: int) -> bool:
 
 @njit(cache=True, nogil=True)
 def _add_face(front: Front, a: int, b: int, c: int, centre: np.ndarray) -> None:
-    """Add a face and glue its edges to the front where they meet it, else extend the front."""
+    """Add a face; its edges are glued to front edges of the same ends, or extend the front."""
     if front.counts[0] == front.faces.shape[0]:
         return
     corners = front.faces[front.counts[0]]
@@ -347,17 +351,17 @@ def _add_face(front: Front, a: int, b: int, c: int, centre: np.ndarray) -> None:
 
 @njit(cache=True, nogil=True)
 def _may_join(front: Front, tail: int, head: int) -> bool:
-    """Whether a new face may run tail to head: the edge is new, or open and runs head to tail."""
+    """Whether a face may have this half-edge: its edge is new, or open and runs head to tail."""
     found = front.table[_slot(front, tail, head)]
     return found == 0 or (front.states[found - 1] != INNER and front.ends[found - 1, 0] == head)
 
 
 @njit(cache=True, nogil=True)
 def _slot(front: Front, tail: int, head: int) -> int:
-    """Place of an edge in the table, in whichever direction it runs, or of its absence."""
+    """Slot of an edge of either direction in the hash table, or the free slot for it."""
     low, high = min(tail, head), max(tail, head)
     mask = front.table.shape[0] - 1
-    slot = ((low * 73856093) ^ (high * 19349663)) & mask
+    slot = ((low * _HASH_X) ^ (high * _HASH_Y)) & mask
     while front.table[slot]:
         a, b = front.ends[front.table[slot] - 1, 0], front.ends[front.table[slot] - 1, 1]
         if min(a, b) == low and max(a, b) == high:
@@ -370,39 +374,40 @@ def _slot(front: Front, tail: int, head: int) -> int:
 def _is_empty(
     front: Front, grid: Grid, centre: np.ndarray, radius: float, a: int, b: int, c: int
 ) -> bool:
+    """Whether the ball contains no point but its three."""
     limit = radius * radius * (1 - 1e-6)
-    low0 = cell_along(grid, centre[0] - radius, 0)
-    high0 = cell_along(grid, centre[0] + radius, 0)
-    low1 = cell_along(grid, centre[1] - radius, 1)
-    high1 = cell_along(grid, centre[1] + radius, 1)
-    low2 = cell_along(grid, centre[2] - radius, 2)
-    high2 = cell_along(grid, centre[2] + radius, 2)
+    low0 = cell_index(grid, centre[0] - radius, 0)
+    high0 = cell_index(grid, centre[0] + radius, 0)
+    low1 = cell_index(grid, centre[1] - radius, 1)
+    high1 = cell_index(grid, centre[1] + radius, 1)
+    low2 = cell_index(grid, centre[2] - radius, 2)
+    high2 = cell_index(grid, centre[2] + radius, 2)
     for i in range(low0, high0 + 1):
         for j in range(low1, high1 + 1):
             for k in range(low2, high2 + 1):
                 bucket = bucket_of(grid, i, j, k)
                 for s in range(grid.starts[bucket], grid.starts[bucket + 1]):
                     q = grid.order[s]
-                    if q != a and q != b and q != c and apart2(front.points, q, centre) < limit:
+                    if q != a and q != b and q != c and distance2(front.points, q, centre) < limit:
                         return False
     return True
 
 
 _RADII_IN_SPACINGS = (1.0, 1.5, 2.5, 4.0)
-"""Radii of the balls, in typical distances between neighbours, rising."""
-_CLOSEST_IN_SPACINGS = 0.5
-"""Points nearer than this to one already taken are left out: they would make slivers."""
+"""Increasing radii of the balls, in typical distances between neighbours."""
+_MIN_DISTANCE_IN_SPACINGS = 0.5
+"""Points closer than this to an earlier one are left out: they would make slivers."""
 
 
-_FEWEST_POINTS = 50
+_MIN_POINTS = 50
 
 
 def pivot(cloud: Cloud) -> Mesh:
-    """Roll balls over the points and join what they touch."""
-    if len(cloud) < _FEWEST_POINTS:
+    """The triangles that rolling balls touch."""
+    if len(cloud) < _MIN_POINTS:
         raise SurfaceError("surface.few_points", points=len(cloud))
     spacing_mm = measure_spacing_mm(cloud)
-    chosen = _thin(cloud, _CLOSEST_IN_SPACINGS * spacing_mm)
+    chosen = _thinned_idx(cloud, _MIN_DISTANCE_IN_SPACINGS * spacing_mm)
     front = start_front(cloud.points_mm[chosen], cloud.normals[chosen])
     for radius in track([spacing_mm * r for r in _RADII_IN_SPACINGS]):
         roll(front, build_grid(front.points, 2 * radius), radius)
@@ -423,17 +428,18 @@ def measure_spacing_mm(cloud: Cloud) -> float:
     Six neighbours lie within 1.08 sides in a triangular lattice, 1.41 in a square one and 1.38
     for points strewn at random.
     """
-    sixth = KDTree(cloud.points_mm).query(cloud.points_mm[:: _every(cloud)], k=7)[0][:, 6]
+    sixth = KDTree(cloud.points_mm).query(cloud.points_mm[:: _sampling_step(cloud)], k=7)[0][:, 6]
     return float(np.median(sixth)) / 1.3
 
 
-def _every(cloud: Cloud) -> int:
+def _sampling_step(cloud: Cloud) -> int:
+    """Step through the points that leaves about 20 000 of them."""
     return max(1, len(cloud) // 20_000)
 
 
-def _thin(cloud: Cloud, distance_mm: float) -> np.ndarray:
-    """Indices of points that keep a distance from each other, neighbours near in memory."""
+def _thinned_idx(cloud: Cloud, distance_mm: float) -> np.ndarray:
+    """Indices of points at least this far from each other, in cell order."""
     points = cloud.points_mm.astype(np.float64)
     order = in_cell_order(points, 4 * distance_mm)
     points = np.ascontiguousarray(points[order])
-    return order[keep_apart(points, build_grid(points, distance_mm), distance_mm)]
+    return order[thinned(points, build_grid(points, distance_mm), distance_mm)]

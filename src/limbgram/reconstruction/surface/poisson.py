@@ -1,9 +1,9 @@
-"""Poisson: a smooth closed surface through oriented points, trimmed where there are no points.
+"""Poisson: screened Poisson reconstruction, trimmed where there are no points.
 
 In      a Cloud: merged points with outward normals.
-Out     a Mesh: manifold, even, open where there were no points (`repair` closes holes).
+Out     a Mesh: manifold, of even triangles, open where there were no points (`repair` fills holes).
 Method  screened Poisson reconstruction (Kazhdan and Hoppe 2013) by pycolmap, on files in a
-        temporary folder; then faces far from every point are taken away.
+        temporary folder; then faces far from every point are removed.
 Fails   SurfaceError: no surface came out.
 """
 
@@ -23,36 +23,36 @@ from limbgram.reconstruction.surface.pivoting import measure_spacing_mm
 _CELL_IN_SPACINGS = 1.0
 """Finest cell, in typical distances between neighbours."""
 _SUPPORT_IN_SPACINGS = 3.0
-"""Surface farther than this from every point is taken away."""
+"""Surface farther than this from every point is removed."""
 
 
 _POINT_WEIGHT = 1.0
-"""Pull towards the points themselves, beside their normals."""
+"""Weight of the points themselves, relative to their normals."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PoissonOptions:
-    """How fine, and how far from the points the surface is believed."""
+    """How fine the octree is."""
 
     max_depth: int = 10
-    """Halvings of the box at most: each quadruples time and memory."""
+    """Depth of the octree, at most: each level quadruples time and memory."""
 
 
 DEFAULTS = PoissonOptions()
-_BOX = 1.1
+_BOX_SCALE = 1.1
 """Side of the solver's box over the cloud's extent."""
 
 
 def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
-    """The surface whose inside has the points' normals as its gradient, where points support it."""
+    """The zero set of screened Poisson reconstruction, where points support it."""
     import trimesh
 
     with signals_kept():
-        import pycolmap  # a quarter of a second together, which most commands do without
+        import pycolmap  # both take a quarter of a second, which most commands save
 
     spacing_mm = measure_spacing_mm(cloud)
     extent = float(np.ptp(cloud.points_mm, axis=0).max())
-    finest = np.log2(_BOX * extent / (_CELL_IN_SPACINGS * spacing_mm))
+    finest = np.log2(_BOX_SCALE * extent / (_CELL_IN_SPACINGS * spacing_mm))
     settings = pycolmap.PoissonMeshingOptions()
     settings.depth = int(np.clip(round(float(finest)), 4, options.max_depth))
     settings.point_weight = _POINT_WEIGHT
@@ -69,8 +69,8 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
         raise SurfaceError("surface.no_poisson", points=len(cloud))
     vertices = np.asarray(solved.vertices, np.float64)
     faces = np.asarray(solved.faces, np.int32)
-    apart, nearest = KDTree(cloud.points_mm).query(vertices)
-    supported = apart <= _SUPPORT_IN_SPACINGS * spacing_mm
+    distance, nearest = KDTree(cloud.points_mm).query(vertices)
+    supported = distance <= _SUPPORT_IN_SPACINGS * spacing_mm
     mesh = Mesh(vertices_mm=vertices, faces=faces, colours=cloud.colours[nearest])
     return with_faces(mesh, faces[supported[faces].all(1)])
 

@@ -36,7 +36,7 @@ from limbgram.core.mesh.topology import (
     with_any,
     with_faces,
 )
-from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.workbench.devices.blocks import Block
 from limbgram.workbench.edits.refinement import split_edges
 

@@ -31,7 +31,7 @@ from limbgram.core.mesh.topology import (
     with_any,
     with_faces,
 )
-from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.workbench.edits.clearance import RIM_CELLS, RIM_EDGE_SHARE, Clearance
 from limbgram.workbench.edits.closing import with_openings_joined
 from limbgram.workbench.edits.cutting import keep_positive

@@ -20,7 +20,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import holds
 from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces
 from limbgram.reconstruction.surface.holes import loop_area
-from limbgram.reconstruction.surface.resampling import Triangles, even_out
+from limbgram.reconstruction.surface.remeshing import WorkingMesh, remesh_once
 from limbgram.workbench.edits.refinement import split_edges
 from limbgram.workbench.edits.regions import (
     with_surface_added,
@@ -237,13 +237,13 @@ def _with_even_cap(mesh: Mesh, faces: Faces, normal: Float64[np.ndarray, "3"]) -
     used, compact = np.unique(together, return_inverse=True)
     frozen = np.arange(len(together)) < len(along)
     compact = compact.reshape(-1, 3).astype(np.int32)
-    work = Triangles(mesh.vertices_mm[used], compact, frozen, used.astype(np.int64))
+    work = WorkingMesh(mesh.vertices_mm[used], compact, frozen, used.astype(np.int64))
     corners = mesh.vertices_mm[along]
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     edge = float(np.median(lengths.max(1)))
     tried = work
     for _ in range(_REMESH_ROUNDS):
-        tried = even_out(tried, edge)
+        tried = remesh_once(tried, edge)
         if _all_face(tried, normal):
             work = tried
     kept = np.zeros(len(work.vertices), np.bool_)
@@ -253,7 +253,7 @@ def _with_even_cap(mesh: Mesh, faces: Faces, normal: Float64[np.ndarray, "3"]) -
     return with_surface_added(mesh, work.vertices[~kept], work.origin[~kept], new)
 
 
-def _all_face(work: Triangles, normal: Float64[np.ndarray, "3"]) -> bool:
+def _all_face(work: WorkingMesh, normal: Float64[np.ndarray, "3"]) -> bool:
     """Whether all faces that are not frozen face along a normal."""
     a, b, c = np.moveaxis(work.vertices[work.faces[~work.frozen]], 1, 0)
     return bool((np.cross(b - a, c - a) @ normal > 0).all())

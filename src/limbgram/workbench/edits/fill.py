@@ -60,10 +60,10 @@ class Fill(Edit):
             EditError: there is none that can be filled.
         """
         found = _fillable_openings(limb, self)
-        grown = _with_filling(limb.mesh, found, bent=False)
+        grown = _with_filling(limb.mesh, found, curved=False)
         domed = bool(found.brim) and bool(unsound_vertices(limb.mesh, grown).any())
         if domed:
-            grown = _with_filling(limb.mesh, found, bent=True)
+            grown = _with_filling(limb.mesh, found, curved=True)
         notes: list[Finding] = []
         if found.left:
             notes.append(doubt("edit.fill.left", count=found.left))
@@ -117,6 +117,6 @@ def _are_of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
     ]
 
 
-def _with_filling(mesh: Mesh, found: _FillableOpenings, *, bent: bool) -> Mesh:
-    """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
-    return with_holes_closed(with_holes_closed(mesh, found.holes), found.brim, bent=bent)
+def _with_filling(mesh: Mesh, found: _FillableOpenings, *, curved: bool) -> Mesh:
+    """The mesh with its holes closed, then its brim: straight across, or as the surface curves."""
+    return with_holes_closed(with_holes_closed(mesh, found.holes), found.brim, curved=curved)

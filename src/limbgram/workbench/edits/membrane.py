@@ -47,7 +47,7 @@ def with_openings_spanned(mesh: Mesh) -> Mesh:
     if not len(boundary_half_edges(mesh.faces)):
         return mesh
     lipped = _with_lips(mesh)
-    closed = with_holes_closed(lipped, boundary_loops(lipped.faces), bent=False)
+    closed = with_holes_closed(lipped, boundary_loops(lipped.faces), curved=False)
     count, own = len(closed), mesh.faces
     new = ~np.isin(_face_keys(closed.faces, count), _face_keys(own, count))
     return with_caps_refitted(closed, own, closed.faces[new])

@@ -393,17 +393,17 @@ def with_surface_added(
 
 
 def with_holes_closed(
-    mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: bool = True
+    mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, curved: bool = True
 ) -> Mesh:
     """The mesh with holes closed, each a loop of its vertices; no vertex of it moves.
 
     Args:
-        bent: Whether the filling continues the surface's curvature; else it is a minimal surface.
+        curved: Whether the filling continues the surface's curvature; else it is a minimal surface.
     """
     if not holes:
         return mesh
     first = len(mesh)
-    closed = fill_holes(mesh.vertices_mm, mesh.faces, list(holes), bent=bent)
+    closed = fill_holes(mesh.vertices_mm, mesh.faces, list(holes), curved=curved)
     if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
         raise EditError("edit.fill.moved")
     places = closed.vertices_mm[first:]

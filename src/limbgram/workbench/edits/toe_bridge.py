@@ -32,7 +32,7 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
-from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.workbench.anatomy.kind import Midpoint
 from limbgram.workbench.edits.cutting import ON_CUT_MM, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken

@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
-from limbgram.reconstruction.measuring.imagery import Crop, Imagery, _summed, prepare
+from limbgram.reconstruction.measuring.imagery import Crop, Imagery, _block_sums, build_imagery
 
 CAMERA = Camera(
     width_px=400, height_px=300, fx=1010.0, fy=1000.0, cx=199.0, cy=151.0, skew=0.7,
@@ -46,7 +46,7 @@ def painted() -> Painted:
         grey = (100 + 10 * k) + (7 + k) * paint + random.normal(0, 1.0, x.shape)
         pixels = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
         views.append(view)
-        halved = Crop(x0=LEFT_PX // 2, y0=TOP_PX // 2, pixels=_summed(pixels, 1), halvings=1)
+        halved = Crop(x0=LEFT_PX // 2, y0=TOP_PX // 2, pixels=_block_sums(pixels, 1), halvings=1)
         crops.append(halved)
-    imagery = prepare(crops, views)
+    imagery = build_imagery(crops, views)
     return Painted(views, imagery)

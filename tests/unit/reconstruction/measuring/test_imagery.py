@@ -5,7 +5,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
-from limbgram.reconstruction.measuring.imagery import Crop, _summed, prepare
+from limbgram.reconstruction.measuring.imagery import Crop, _block_sums, build_imagery
 
 CAMERA = Camera(width_px=300, height_px=300, fx=900.0, fy=900.0, cx=149.5, cy=149.5)
 VIEW = View("", CAMERA, Rigid.identity())
@@ -28,12 +28,12 @@ def test_coefficients_interpolate_means_of_pixels(halvings: int) -> None:
         Crop(
             x0=8 * k,
             y0=16,
-            pixels=_summed(pixels, halvings) if halvings else pixels,
+            pixels=_block_sums(pixels, halvings) if halvings else pixels,
             halvings=halvings,
         )
         for k, pixels in enumerate(photos)
     ]
-    imagery = prepare(crops, [VIEW, VIEW])
+    imagery = build_imagery(crops, [VIEW, VIEW])
     side = 2**halvings
     assert imagery.factor == 1 / side
     end = 0
@@ -51,4 +51,4 @@ def test_coefficients_interpolate_means_of_pixels(halvings: int) -> None:
 
 def test_sums_are_exact() -> None:
     white = np.full((32, 48), 255, np.uint8)
-    np.testing.assert_array_equal(_summed(white, 4), np.full((2, 3), 255 * 256))
+    np.testing.assert_array_equal(_block_sums(white, 4), np.full((2, 3), 255 * 256))

@@ -23,7 +23,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring import joint, patches, sampling
 from limbgram.reconstruction.measuring.imagery import Imagery
 
-SIDE = 2 * sampling.HALF + 1
+SIDE = 2 * sampling.HALF_WIDTH + 1
 STEP_MM = 0.8
 GREY_ATOL = 2e-3
 """Sums of 81 products of grey levels in single precision."""
@@ -83,8 +83,10 @@ def in_crop(imagery: Imagery, photo: int, xy: np.ndarray) -> np.ndarray:
 
 
 def gaussian() -> np.ndarray:
-    sigma = 0.75 * sampling.HALF
-    offsets = [(k % SIDE - sampling.HALF, k // SIDE - sampling.HALF) for k in range(SIDE**2)]
+    sigma = 0.75 * sampling.HALF_WIDTH
+    offsets = [
+        (k % SIDE - sampling.HALF_WIDTH, k // SIDE - sampling.HALF_WIDTH) for k in range(SIDE**2)
+    ]
     weights = np.array([math.exp(-(i * i + j * j) / (2 * sigma**2)) for i, j in offsets])
     return weights / weights.sum()
 
@@ -132,14 +134,17 @@ def windows(
         centre, by_point = in_crop(imagery, photo, middle), by_point * imagery.factor
         along_normal = by_point @ normal
         value, slope, places = [], [], []
-        highest = (abs(q[0]) + 2 * abs(q[1]) + abs(q[2])) * (sampling.HALF * STEP_MM) ** 2 / 2
+        highest = (abs(q[0]) + 2 * abs(q[1]) + abs(q[2])) * (sampling.HALF_WIDTH * STEP_MM) ** 2 / 2
         edges = [by_point @ (t + s * normal) * STEP_MM for t, s in zip(tangents, state[1:])]
-        reach = sampling.HALF * np.abs(edges).sum(0) + highest * np.abs(along_normal) + 3.0
+        reach = sampling.HALF_WIDTH * np.abs(edges).sum(0) + highest * np.abs(along_normal) + 3.0
         size = imagery.crops[photo, 3:5]
         if not (np.all(centre > reach) and np.all(centre + reach < size - 1)):
             continue
         for k in range(SIDE**2):
-            u, v = (k % SIDE - sampling.HALF) * STEP_MM, (k // SIDE - sampling.HALF) * STEP_MM
+            u, v = (
+                (k % SIDE - sampling.HALF_WIDTH) * STEP_MM,
+                (k // SIDE - sampling.HALF_WIDTH) * STEP_MM,
+            )
             lift = (q[0] * u * u + 2 * q[1] * u * v + q[2] * v * v) / 2
             offset = (
                 u * tangents[0] + v * tangents[1] + (lift + state[1] * u + state[2] * v) * normal
@@ -204,8 +209,8 @@ def gauss_newton(found: Windows, gains: np.ndarray, state: np.ndarray, seen: int
     weights, used = gaussian(), len(found.photos)
     texture = gains @ found.value
     energy = float(weights @ texture**2)
-    u = np.array([(k % SIDE - sampling.HALF) * STEP_MM for k in range(SIDE**2)])
-    v = np.array([(k // SIDE - sampling.HALF) * STEP_MM for k in range(SIDE**2)])
+    u = np.array([(k % SIDE - sampling.HALF_WIDTH) * STEP_MM for k in range(SIDE**2)])
+    v = np.array([(k // SIDE - sampling.HALF_WIDTH) * STEP_MM for k in range(SIDE**2)])
     off_gains = np.eye(used) - np.outer(gains, gains)
     off_means = np.eye(SIDE**2) - np.outer(weights, np.ones(SIDE**2))
     off_texture = np.eye(SIDE**2) - np.outer(weights * texture, texture) / energy
@@ -241,7 +246,7 @@ def kernel_windows(painted, seen_by: np.ndarray, patch: Patch, state: np.ndarray
     used, per_mm = sampling.sample_windows(
         imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by,
         patch.vertex, patch.axes, patch.quadric, STEP_MM, state, sampling.window_weights(),
-        sampling.window_room(), value, slope, level, photo_of, least,
+        sampling.window_buffer(), value, slope, level, photo_of, least,
     )  # fmt: skip
     return used, per_mm, value, slope, level, photo_of
 
@@ -292,11 +297,13 @@ def test_photos_that_are_unlike_the_others_are_left_out(odd: int) -> None:
     expected = those_that_agree(found)
     value, slope = value.astype(np.float32), found.slope.astype(np.float32)
     gram, gains, photo_of = np.zeros((5, 5)), np.zeros(5), np.arange(5)
-    sampling.gram_of(value, sampling.window_weights(), 5, gram)
+    sampling.fill_gram(value, sampling.window_weights(), 5, gram)
     np.testing.assert_allclose(
         gram, np.einsum("ik,jk,k->ij", found.value, found.value, gaussian()), rtol=1e-4, atol=1e-2
     )
-    used = sampling.agreeing(value, slope, np.ones(5), photo_of, 5, gram, gains, np.zeros(5), 0.0)
+    used = sampling.drop_inconsistent_photos(
+        value, slope, np.ones(5), photo_of, 5, gram, gains, np.zeros(5), 0.0
+    )
     if odd == 3:
         assert used == 0
         assert expected is None
@@ -394,11 +401,11 @@ def test_what_cannot_be_measured_says_why(painted) -> None:
         replace(imagery, coefficients=coefficients), seen_by,
         vertices, axes, quadric, np.full(3, STEP_MM), 3, np.zeros((3, 3)),
     )  # fmt: skip
-    assert report[:, 0].tolist() == [patches.UNSEEN, patches.UNSEEN, patches.UNLIKE]
+    assert report[:, 0].tolist() == [patches.UNSEEN, patches.UNSEEN, patches.INCONSISTENT]
 
 
 def gains_of(painted, patch: Patch, seen_by: np.ndarray) -> np.ndarray:
-    """GAIN, MEAN and DRIFT by slot, from the formula."""
+    """GAIN, MEAN and MEAN_PER_MM by slot, from the formula."""
     rows = np.zeros((len(seen_by), 4))
     found = windows(painted.imagery, painted.views, seen_by, patch, np.zeros(3), 0.0)
     agreed = those_that_agree(found) if len(found.photos) > 1 else None
@@ -411,7 +418,7 @@ def gains_of(painted, patch: Patch, seen_by: np.ndarray) -> np.ndarray:
         slot = seen_by.tolist().index(photo)
         rows[slot, joint.GAIN] = power_steps(gram)[row] * math.sqrt(len(kept.photos))
         rows[slot, joint.MEAN] = kept.level[row]
-        rows[slot, joint.DRIFT] = gaussian() @ kept.slope[row]
+        rows[slot, joint.MEAN_PER_MM] = gaussian() @ kept.slope[row]
     return rows
 
 
@@ -427,8 +434,8 @@ def test_windows_of_noise_keep_all_photos_but_what_differs_by_more() -> None:
         kept: list[list[int]] = []
         for noise in (0.0, 2 * noise_grey**2):
             gram, photo_of = np.zeros((5, 5)), np.arange(5)
-            sampling.gram_of(value, sampling.window_weights(), 5, gram)
-            used = sampling.agreeing(
+            sampling.fill_gram(value, sampling.window_weights(), 5, gram)
+            used = sampling.drop_inconsistent_photos(
                 value.copy(), value.copy(), np.ones(5), photo_of, 5, gram,
                 np.zeros(5), np.zeros(5), noise,
             )  # fmt: skip
@@ -447,8 +454,8 @@ def test_a_photo_burnt_out_where_the_others_show_paint_is_left_out() -> None:
     value -= value @ gaussian()[:, None]
     value = value.astype(np.float32)
     gram, photo_of = np.zeros((5, 5)), np.arange(5)
-    sampling.gram_of(value, sampling.window_weights(), 5, gram)
-    used = sampling.agreeing(
+    sampling.fill_gram(value, sampling.window_weights(), 5, gram)
+    used = sampling.drop_inconsistent_photos(
         value, value.copy(), np.ones(5), photo_of, 5, gram, np.zeros(5), np.zeros(5),
         2 * noise_grey**2,
     )  # fmt: skip
@@ -540,13 +547,13 @@ def test_the_equations_of_faces_are_those_of_the_formula(painted, robust: float)
     at_vertex = np.zeros((40, 5, 4), np.float32)
     at_vertex[..., joint.GAIN] = random.uniform(0.5, 1.5, (40, 5)) * (random.random((40, 5)) > 0.1)
     at_vertex[..., joint.MEAN] = random.uniform(90, 140, (40, 5))
-    at_vertex[..., joint.DRIFT] = random.normal(0, 2, (40, 5))
+    at_vertex[..., joint.MEAN_PER_MM] = random.normal(0, 2, (40, 5))
     at_vertex[..., joint.LIFT] = random.normal(0, 0.05, (40, 5))
     points = np.array([[2 / 3, 1 / 6, 1 / 6], [1 / 6, 2 / 3, 1 / 6], [0.1, 0.2, 0.7]])
     imagery, noise_grey, noise_px = painted.imagery, 1.5, 0.02
     matrix, right, pull, curvature = joint.assemble(
         imagery, seen_by, at_vertex, Mesh(vertices_mm=vertices, faces=faces), normals, points,
-        joint.Trust(noise_grey, noise_px, robust),
+        joint.NoiseModel(noise_grey, noise_px, robust),
     )  # fmt: skip
     bent = 0
     for f, face in enumerate(faces):

@@ -8,22 +8,26 @@ import scipy.sparse as sp
 
 from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.measuring.grain import grained
+from limbgram.reconstruction.measuring.anisotropic_plate import with_anisotropic_plate
 from limbgram.reconstruction.measuring.measurement_pass import (
     JointEquations,
-    SeenSurface,
+    ObservedSurface,
     match_jointly,
 )
+from limbgram.reconstruction.measuring.reference_plate import fit_reference_plate, with_softer_plate
 from limbgram.reconstruction.measuring.thin_plate import (
-    bending_of,
+    bending_force,
     quadrics,
     solve,
     stiffness_of,
     tangent_axes,
     thin_plate_of,
 )
-from limbgram.reconstruction.measuring.uncertainty import LocalErrors, all_filled, local_errors
-from limbgram.reconstruction.measuring.usual_plate import by_usual_plate, softened
+from limbgram.reconstruction.measuring.uncertainty import (
+    LocalErrors,
+    filled_or_unsupported,
+    local_errors,
+)
 
 SIDE, EDGE_MM, PHOTOS = 60, 1.2, 5
 LENGTH_MM = 0.8
@@ -35,7 +39,7 @@ NOISE_MM = 0.08
 @dataclass(frozen=True)
 class Solved:
     mesh: Mesh
-    seen: SeenSurface
+    seen: ObservedSurface
     equations: JointEquations
     errors_mm: np.ndarray
 
@@ -82,14 +86,14 @@ def solved(
     right = weighted @ told.sum(1)
     density = float(np.median(data.diagonal() / thin_plate.area_mm2))
     stiffness = share * stiffness_of(thin_plate, density, LENGTH_MM)
-    system = sp.csr_matrix(data + bending_of(thin_plate, stiffness) @ thin_plate.laplacian)
+    system = sp.csr_matrix(data + bending_force(thin_plate, stiffness) @ thin_plate.laplacian)
     moved_mm = solve(system, right, np.zeros(len(mesh)))
     left = told - (spread @ moved_mm)[:, None]
     told_apart = left * np.sqrt(1 - 1 / PHOTOS)  # texture takes one
     lifted = mesh.vertices_mm + moved_mm[:, None] * [0.0, 0.0, 1.0]
     mesh = mesh.with_vertices(lifted)
     axes = tangent_axes(np.tile([0.0, 0.0, 1.0], (len(mesh), 1)))
-    seen = SeenSurface(
+    seen = ObservedSurface(
         thin_plate=thin_plate,
         axes=axes,
         quadric=0 * quadrics(mesh, thin_plate, axes),
@@ -98,18 +102,20 @@ def solved(
     )
     equations = JointEquations(
         weights=data.diagonal(),
-        soft=data,
+        hessian=data,
         right=weighted @ left.sum(1),
-        pull=(weight * shown[:, None] * told_apart).astype(np.float32),
-        photos=np.full(len(mesh), PHOTOS),
+        right_by_photo=(weight * shown[:, None] * told_apart).astype(np.float32),
+        photo_count=np.full(len(mesh), PHOTOS),
         length_mm=LENGTH_MM,
         stiffness=stiffness,
         stiffness_share=share,
         plate=thin_plate,
-        across=np.ones(len(mesh)),
+        cross_grain_factor=np.ones(len(mesh)),
         signal=np.where(bare, 0.1, 1.0),
-        held=sp.csr_matrix(data + 1.4 * sp.eye(len(mesh))),  # belief in the given surface
-        unheld=sp.csr_matrix((len(mesh), len(mesh))),
+        texture_hessian=sp.csr_matrix(
+            data + 1.4 * sp.eye(len(mesh))
+        ),  # belief in the given surface
+        other_hessian=sp.csr_matrix((len(mesh), len(mesh))),
     )
     return Solved(mesh, seen, equations, moved_mm - true_mm)
 
@@ -143,20 +149,22 @@ def test_noise_is_the_sum_of_the_photos_squares_whatever_their_numbers(
     found, mesh = solved(0.0, 1), _sheet()  # flat: it has lost no detail
     first = random.integers(0, 40, len(mesh))
     seen_by = (first[:, None] + numbers).astype(np.int32)
-    pull = random.normal(size=(len(mesh.faces), len(numbers)))
-    pull -= pull.mean(axis=1, keepdims=True)
+    right_by_photo = random.normal(size=(len(mesh.faces), len(numbers)))
+    right_by_photo -= right_by_photo.mean(axis=1, keepdims=True)
     equations = replace(
         found.equations,
-        pull=pull.astype(np.float32),
-        photos=np.full(len(mesh), len(numbers)),
+        right_by_photo=right_by_photo.astype(np.float32),
+        photo_count=np.full(len(mesh), len(numbers)),
     )
     variance = _local(mesh, replace(found.seen, seen_by=seen_by), equations).variance_mm2
 
-    plate = bending_of(found.seen.thin_plate, equations.stiffness) @ found.seen.thin_plate.laplacian
-    system, photo = sp.csr_matrix(equations.held + plate), seen_by[mesh.faces[:, 0]]
+    plate = (
+        bending_force(found.seen.thin_plate, equations.stiffness) @ found.seen.thin_plate.laplacian
+    )
+    system, photo = sp.csr_matrix(equations.texture_hessian + plate), seen_by[mesh.faces[:, 0]]
     squares = np.zeros(len(mesh))
     for number in np.unique(photo):
-        pulls = np.repeat(np.where(photo == number, pull, 0.0).sum(axis=1) / 3, 3)
+        pulls = np.repeat(np.where(photo == number, right_by_photo, 0.0).sum(axis=1) / 3, 3)
         right = np.bincount(mesh.faces.ravel(), pulls, len(mesh))
         squares += solve(system, right, np.zeros(len(mesh))) ** 2
     count, common = len(numbers), 0.14  # docs/method/uncertainty.md
@@ -259,8 +267,8 @@ def test_a_line_gets_back_what_wrinkles_lost(
 
 def test_a_plate_too_stiff_for_its_relief_is_softened_and_errs_less() -> None:
     stiff = solved(0.1, 3, wave_mm=0.3)
-    usual = by_usual_plate(stiff.mesh, stiff.seen, stiff.equations)
-    share = softened(stiff.seen, stiff.equations, usual).stiffness_share
+    usual = fit_reference_plate(stiff.mesh, stiff.seen, stiff.equations)
+    share = with_softer_plate(stiff.seen, stiff.equations, usual).stiffness_share
     soft, inside = solved(0.1, 3, wave_mm=0.3, share=share), _inside()
     assert share < 0.8
     assert soft.errors_mm[inside].std() < 0.95 * stiff.errors_mm[inside].std()
@@ -268,8 +276,8 @@ def test_a_plate_too_stiff_for_its_relief_is_softened_and_errs_less() -> None:
 
 def test_a_plate_over_noise_alone_stays_as_stiff() -> None:
     found = solved(0.1, 3)
-    usual = by_usual_plate(found.mesh, found.seen, found.equations)
-    assert softened(found.seen, found.equations, usual) is found.equations
+    usual = fit_reference_plate(found.mesh, found.seen, found.equations)
+    assert with_softer_plate(found.seen, found.equations, usual) is found.equations
 
 
 @pytest.mark.parametrize("share", [0.6, 0.4])
@@ -281,7 +289,7 @@ def test_what_a_softer_plate_loses_is_told(
     for seed in range(2):
         found = solved(0.1, seed, wave_mm, shortest_mm, share=share)
         stiff = solved(0.1, seed, wave_mm, shortest_mm)
-        usual = by_usual_plate(stiff.mesh, stiff.seen, stiff.equations)
+        usual = fit_reference_plate(stiff.mesh, stiff.seen, stiff.equations)
         variance = local_errors(found.mesh, found.seen, found.equations, usual).variance_mm2
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean(found.errors_mm[inside] ** 2 / variance[inside]))))
@@ -303,7 +311,7 @@ def test_a_plate_without_grain_to_follow_errs_as_before(wave_mm: float) -> None:
 
 
 def _followed(wave_mm: float, seed: int, turn_rad: float | None) -> tuple[float, float]:
-    """RMS error of the usual plate and of one that follows the grain, mm."""
+    """RMS error of the reference plate and of one that follows the grain, mm."""
     found, inside = solved(0.1, seed, wave_mm, turn_rad=turn_rad), _inside()
     _, mesh = _leaning(found)
     errors_mm = found.errors_mm + (mesh.vertices_mm - found.mesh.vertices_mm)[:, 2]
@@ -312,8 +320,8 @@ def _followed(wave_mm: float, seed: int, turn_rad: float | None) -> tuple[float,
 
 def _leaning(found: Solved) -> tuple[JointEquations, Mesh]:
     """The equations with a plate that follows the grain, and what it measures."""
-    usual = by_usual_plate(found.mesh, found.seen, found.equations)
-    equations = grained(found.seen, found.equations, usual)
+    usual = fit_reference_plate(found.mesh, found.seen, found.equations)
+    equations = with_anisotropic_plate(found.seen, found.equations, usual)
     moves_mm = match_jointly(found.mesh, equations)
     lifted = found.mesh.vertices_mm + moves_mm[:, None] * found.seen.axes[:, 2]
     return equations, found.mesh.with_vertices(lifted)
@@ -373,9 +381,9 @@ def test_where_no_paint_shows_it_no_crease_is_told() -> None:
     assert not _local(found.mesh, found.seen, bare).creases_mm.any()
 
 
-def _local(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> LocalErrors:
-    """Errors of what the usual plate measured."""
-    return local_errors(mesh, seen, equations, by_usual_plate(mesh, seen, equations))
+def _local(mesh: Mesh, seen: ObservedSurface, equations: JointEquations) -> LocalErrors:
+    """Errors of what the reference plate measured."""
+    return local_errors(mesh, seen, equations, fit_reference_plate(mesh, seen, equations))
 
 
 def _longer(lift: np.ndarray) -> float:
@@ -413,10 +421,12 @@ def test_a_guess_over_bare_skin_stays_one_and_a_guess_in_paint_was_measured() ->
     away_mm = _from_middle(_sheet())
     local = _local(found.mesh, found.seen, _believing(found))
     everywhere = np.ones(len(found.mesh), np.bool_)
-    guesses = all_filled(found.mesh, found.equations, everywhere, local.left)
+    guesses = filled_or_unsupported(found.mesh, found.equations, everywhere, local.start_error_left)
     assert guesses[away_mm < 8].all()
     assert not guesses[_inside() & (away_mm > 14)].any()
-    assert not all_filled(found.mesh, found.equations, ~everywhere, local.left).any()
+    assert not filled_or_unsupported(
+        found.mesh, found.equations, ~everywhere, local.start_error_left
+    ).any()
 
 
 @pytest.mark.parametrize("weak", ["guessed", "agreed on by one photo", "stretched", "held"])
@@ -429,16 +439,16 @@ def test_weak_places_beside_a_fill_belong_to_it_and_no_others(weak: str) -> None
     side = np.isin(np.arange(len(fill)), beside) & ~fill
     far = (away_mm > 12 * EDGE_MM) & (away_mm < 14 * EDGE_MM)
     chosen = side | far
-    mesh, photos = replace(found.mesh, filled=fill), found.equations.photos.copy()
+    mesh, photo_count = replace(found.mesh, filled=fill), found.equations.photo_count.copy()
     guessed = chosen & (weak == "guessed")
     if weak == "agreed on by one photo":
-        photos[chosen] = 1
+        photo_count[chosen] = 1
     if weak == "stretched":
         lifted = mesh.vertices_mm.copy()
         lifted[chosen, 2] += 3 * EDGE_MM
         mesh = mesh.with_vertices(lifted)
-    equations = replace(found.equations, photos=photos)
-    filled = all_filled(mesh, equations, guessed, np.zeros(len(mesh)))
+    equations = replace(found.equations, photo_count=photo_count)
+    filled = filled_or_unsupported(mesh, equations, guessed, np.zeros(len(mesh)))
     assert filled[fill].all()
     assert filled[side].all() == (weak != "held")
     assert not filled[away_mm > 5 * EDGE_MM].any()
@@ -449,16 +459,16 @@ def test_a_guess_is_filled_from_where_half_of_an_error_would_stay() -> None:
     found = solved(0.1, 1)
     everywhere = np.ones(len(found.mesh), bool)
     held = np.full(len(found.mesh), 0.45)
-    assert not all_filled(found.mesh, found.equations, everywhere, held).any()
-    assert all_filled(found.mesh, found.equations, everywhere, held + 0.1).all()
+    assert not filled_or_unsupported(found.mesh, found.equations, everywhere, held).any()
+    assert filled_or_unsupported(found.mesh, found.equations, everywhere, held + 0.1).all()
 
 
 def test_a_surface_that_photos_hardly_see_has_finite_sigmas() -> None:
     """No photo sees most of it: the inside of a pot, or the floor of a cast."""
     found = solved(0.1, 1)
-    pull = found.equations.pull.copy()
-    pull[_from_middle(found.mesh)[found.mesh.faces].mean(1) > 15.0] = 0.0
-    seldom = replace(found.equations, pull=pull)
+    right_by_photo = found.equations.right_by_photo.copy()
+    right_by_photo[_from_middle(found.mesh)[found.mesh.faces].mean(1) > 15.0] = 0.0
+    seldom = replace(found.equations, right_by_photo=right_by_photo)
     with np.errstate(all="raise", under="ignore"):
         variance = _local(found.mesh, found.seen, seldom).variance_mm2
     assert np.isfinite(variance).all()
@@ -468,12 +478,12 @@ def test_a_surface_that_photos_hardly_see_has_finite_sigmas() -> None:
 def test_noise_pushes_an_unheld_place_no_further_than_the_given_surface_lets_it() -> None:
     found = solved(0.1, 1, bare_mm=12.0)
     away_mm = _from_middle(_sheet())
-    loud = found.equations.pull.copy()
+    loud = found.equations.right_by_photo.copy()
     loud[(away_mm[found.mesh.faces] < 9).all(1)] = 40.0  # of one sign in all photos
     loud[:, ::2] *= -1
-    equations = replace(_believing(found), pull=loud)
+    equations = replace(_believing(found), right_by_photo=loud)
     sigma = np.sqrt(_local(found.mesh, found.seen, equations).variance_mm2)
-    free = replace(found.equations, pull=loud)
+    free = replace(found.equations, right_by_photo=loud)
     unbounded = np.sqrt(_local(found.mesh, found.seen, free).variance_mm2)
     middle = away_mm < 4
     assert np.median(unbounded[middle]) > 1.5 * PIXEL_MM
@@ -483,9 +493,9 @@ def test_noise_pushes_an_unheld_place_no_further_than_the_given_surface_lets_it(
 def test_a_vertex_that_one_photo_sees_is_a_little_less_sure() -> None:
     found = solved(0.1, 1)
     usual = _local(found.mesh, found.seen, found.equations).variance_mm2
-    photos = found.equations.photos.copy()
-    photos[500] = 1
-    alone = replace(found.equations, photos=photos)
+    photo_count = found.equations.photo_count.copy()
+    photo_count[500] = 1
+    alone = replace(found.equations, photo_count=photo_count)
     variance = _local(found.mesh, found.seen, alone).variance_mm2
     added_px = np.sqrt(variance[500] - usual[500]) / PIXEL_MM
     assert 0.1 < added_px < 0.25
@@ -507,8 +517,8 @@ def _believing(found: Solved) -> JointEquations:
     believed = sp.eye(len(found.mesh)) / PIXEL_MM**2
     return replace(
         found.equations,
-        soft=sp.csr_matrix(found.equations.soft + believed),
-        unheld=sp.csr_matrix(believed),
+        hessian=sp.csr_matrix(found.equations.hessian + believed),
+        other_hessian=sp.csr_matrix(believed),
     )
 
 
@@ -568,8 +578,8 @@ def test_noise_taken_for_texture_makes_a_vertex_less_sure() -> None:
     usual = _local(found.mesh, found.seen, found.equations).variance_mm2
     noisy = _from_middle(_sheet()) < 10
     root = sp.diags(np.where(noisy, np.sqrt(0.1), 1.0))
-    held = sp.csr_matrix(root @ found.equations.held @ root)
-    told = replace(found.equations, held=held, signal=np.where(noisy, 0.1, 1.0))
+    held = sp.csr_matrix(root @ found.equations.texture_hessian @ root)
+    told = replace(found.equations, texture_hessian=held, signal=np.where(noisy, 0.1, 1.0))
     sigma = np.sqrt(_local(found.mesh, found.seen, told).variance_mm2 / usual)
     away_mm = _from_middle(_sheet())
     assert np.median(sigma[away_mm < 6]) > 1.5
@@ -580,7 +590,7 @@ def test_what_goes_wild_in_one_place_makes_the_rest_no_less_sure() -> None:
     found = solved(0.1, 1)
     usual = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
     wild = (found.mesh.faces == 30 * SIDE + 30).any(1)
-    found.equations.pull[wild] *= 1000
+    found.equations.right_by_photo[wild] *= 1000
     sigma = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
     apart_mm = np.linalg.norm(
         found.mesh.vertices_mm - found.mesh.vertices_mm[30 * SIDE + 30], axis=1

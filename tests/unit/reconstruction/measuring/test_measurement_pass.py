@@ -10,11 +10,11 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.joint import GAIN, MEAN
 from limbgram.reconstruction.measuring.measurement_pass import (
     ResidualOptions,
+    independent_set,
     joint_equations,
-    light_after,
-    light_at,
-    look,
-    no_two_neighbours,
+    observe_surface,
+    photometry_after,
+    photometry_at,
     signal_share,
 )
 from limbgram.reconstruction.measuring.thin_plate import thin_plate_of
@@ -36,7 +36,7 @@ def sheet(height_mm: float = 0.0) -> Mesh:
 
 def test_patches_have_no_neighbours_and_leave_no_gap() -> None:
     neighbours = thin_plate_of(sheet()).neighbours
-    chosen = no_two_neighbours(neighbours.indptr, neighbours.indices)
+    chosen = independent_set(neighbours.indptr, neighbours.indices)
     beside = neighbours @ chosen.astype(float)
     assert not beside[chosen].any()
     assert beside[~chosen].all()
@@ -52,11 +52,11 @@ def test_light_drifts_with_small_moves_and_is_looked_at_after_large_ones(
     everywhere = np.arange(SIDE * SIDE)
     lights = []
     for mesh in (sheet(), sheet(move_mm)):
-        seen = look(mesh, painted.imagery, painted.views, seen_by)
-        lights.append(light_at(mesh, painted.imagery, seen, everywhere))
+        seen = observe_surface(mesh, painted.imagery, painted.views, seen_by)
+        lights.append(photometry_at(mesh, painted.imagery, seen, everywhere))
     before, fresh = lights
     moves_mm = np.full(SIDE * SIDE, move_mm)
-    after = light_after(before, mesh, painted.imagery, seen, moves_mm)
+    after = photometry_after(before, mesh, painted.imagery, seen, moves_mm)
     assert (fresh[..., GAIN] > 0).mean() > 0.9
     if looks_again:
         np.testing.assert_array_equal(after, fresh)
@@ -77,11 +77,11 @@ def test_texture_that_photos_share_holds_and_noise_of_each_does_not(painted) -> 
     noise = (np.mean(found) + np.std(found) * random.normal(size=len(found))).astype(np.float32)
     shares = []
     for imagery in (painted.imagery, replace(painted.imagery, coefficients=noise)):
-        seen = look(mesh, imagery, painted.views, seen_by)
+        seen = observe_surface(mesh, imagery, painted.views, seen_by)
         light = np.zeros((SIDE * SIDE, 5, 4), np.float32)
         light[..., GAIN], light[..., MEAN] = 1.0, np.mean(found)
         if imagery is painted.imagery:
-            light = light_at(mesh, imagery, seen, np.arange(SIDE * SIDE))
+            light = photometry_at(mesh, imagery, seen, np.arange(SIDE * SIDE))
         shares.append(signal_share(mesh, imagery, seen, light, ResidualOptions()))
     paint, bare = shares
     assert np.median(paint) > 0.7
@@ -92,8 +92,8 @@ def test_the_plate_is_as_stiff_where_most_of_the_limb_is_bare(painted) -> None:
     """Bare skin says little, of which the relief knows nothing."""
     seen_by = np.tile(np.arange(5, dtype=np.int32), (SIDE * SIDE, 1))
     mesh, options = sheet(), ResidualOptions()
-    seen = look(mesh, painted.imagery, painted.views, seen_by)
-    light = light_at(mesh, painted.imagery, seen, np.arange(SIDE * SIDE))
+    seen = observe_surface(mesh, painted.imagery, painted.views, seen_by)
+    light = photometry_at(mesh, painted.imagery, seen, np.arange(SIDE * SIDE))
     signal = signal_share(mesh, painted.imagery, seen, light, options)
     whole = joint_equations(mesh, painted.imagery, seen, light, signal, options)
     bare = mesh.vertices_mm[:, 0] > np.quantile(mesh.vertices_mm[:, 0], 0.4)

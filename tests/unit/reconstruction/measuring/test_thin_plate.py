@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.thin_plate import (
-    bending_of,
+    bending_force,
     curvature_of,
     quadrics,
     smoothed_moves,
@@ -133,7 +133,7 @@ def test_bending_is_the_energy_of_the_curvature() -> None:
     moves = random.normal(size=len(mesh))
     laplacian, area = cotangent_laplacian(mesh)
     density = float(np.median(weights / area))
-    bending = bending_of(thin_plate, stiffness_of(thin_plate, density, length_mm))
+    bending = bending_force(thin_plate, stiffness_of(thin_plate, density, length_mm))
     energy = float(moves @ (bending @ thin_plate.laplacian @ moves))
     expected = 0.0
     for k in range(len(mesh)):
@@ -186,7 +186,7 @@ def test_a_fold_keeps_its_curvature_and_noise_does_not() -> None:
         thin_plate = thin_plate_of(mesh)
         bend = np.einsum("ij,ij->i", mesh.vertex_normals(), thin_plate.laplacian @ mesh.vertices_mm)
         rows = np.abs(bend) > 0.3
-        rows &= ~thin_plate.is_boundary & (thin_plate.fold != 0)
+        rows &= ~thin_plate.is_boundary & (thin_plate.fold_curvature != 0)
         share = curvature_of(mesh, thin_plate, 1.0)[rows] / bend[rows]
         assert rows.sum() > 5
         assert (np.median(share) > 0.2) == kept

@@ -16,7 +16,7 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     volume_mm3,
 )
-from limbgram.reconstruction.surface.cleaning import drop_flat_and_double, make_manifold
+from limbgram.reconstruction.surface.cleaning import drop_degenerate_and_duplicate, make_manifold
 from limbgram.reconstruction.surface.parts import tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
 from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
@@ -134,7 +134,7 @@ def test_bow_ties_and_fins_are_opened() -> None:
 def test_flat_and_double_faces_are_dropped() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0]], float)
     faces = np.array([[0, 1, 2], [1, 2, 0], [0, 1, 3], [1, 1, 2]], np.int32)
-    np.testing.assert_array_equal(drop_flat_and_double(corners, faces), faces[:1])
+    np.testing.assert_array_equal(drop_degenerate_and_duplicate(corners, faces), faces[:1])
 
 
 def test_scraps_are_refused(sphere_cloud: Cloud) -> None:

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.limb import AlignedLimb, Kind, Landmark, Limb, LimbFrame, Side
 

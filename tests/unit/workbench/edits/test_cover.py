@@ -21,7 +21,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, volume_mm3, with_any, with_faces
 from limbgram.findings import Finding
 from limbgram.reconstruction.surface.cleaning import largest_manifold
-from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.wall import Wall

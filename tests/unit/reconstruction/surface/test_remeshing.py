@@ -17,7 +17,7 @@ from limbgram.core.mesh.topology import (
     is_edge_manifold,
     with_faces,
 )
-from limbgram.reconstruction.surface.resampling import find_twins, refine
+from limbgram.reconstruction.surface.remeshing import find_twins, refine
 
 SPHERE = trimesh.creation.icosphere(5, 30.0)
 

@@ -1,11 +1,11 @@
 """Remeshing: near-equilateral triangles of one size on the same surface.
 
 In      a manifold Mesh.
-Out     a Mesh of the asked edge length; its boundary curve stays where it was.
-Method  Split, collapse, flip, smooth along the surface, return to it (Botsch, Kobbelt 2004). A pass
-        works on tables made before it and touches no face or vertex twice, so it stays valid
-        without rebuilding them on the way. Twins: half-edge 3 f + k runs from corner k of face f to
-        the next corner; twins[h] is the half-edge on its other side, or -1 on the boundary.
+Out     a Mesh of the requested edge length; its boundary curve stays in place.
+Method  Split, collapse, flip, smooth tangentially, project back (Botsch, Kobbelt 2004). A pass uses
+        tables made before it and changes no face or vertex twice, so they stay valid during the
+        pass. Half-edge 3 f + k runs from corner k of face f to the next corner; twins[h] is the
+        opposite half-edge, or -1 on the boundary.
 Fails   SurfaceError: the mesh is not a manifold.
 """
 
@@ -24,11 +24,11 @@ from limbgram.core.mesh.topology import corners_by_vertex, is_edge_manifold, tak
 from limbgram.core.run import track
 
 
-class Triangles(NamedTuple):
-    """A mesh being worked on.
+class WorkingMesh(NamedTuple):
+    """A mesh during remeshing.
 
     Frozen faces and their vertices stay as they are. `origin` is each vertex's number in the
-    mesh that the work began with; of a new vertex, the number of one it was made from.
+    initial mesh; of a new vertex, the number of one it was made from.
     """
 
     vertices: np.ndarray
@@ -36,32 +36,40 @@ class Triangles(NamedTuple):
     frozen: np.ndarray
     origin: np.ndarray
 
+    def of_frozen_faces(self) -> np.ndarray:
+        """Vertices of frozen faces."""
+        found = np.zeros(len(self.vertices), np.bool_)
+        found[self.faces[self.frozen]] = True
+        return found
+
     def fixed(self, twins: Int64[np.ndarray, " h"]) -> np.ndarray:
-        """Vertices that must stay: at frozen faces and on the boundary."""
-        stays = np.zeros(len(self.vertices), np.bool_)
-        _hold(self.faces, twins, self.frozen, stays)
-        return stays
+        """Vertices that may not move: those of frozen faces and of the boundary."""
+        is_fixed = np.zeros(len(self.vertices), np.bool_)
+        _mark_fixed(self.faces, twins, self.frozen, is_fixed)
+        return is_fixed
 
 
 @njit(cache=True, nogil=True)
-def _hold(faces: np.ndarray, twins: np.ndarray, frozen: np.ndarray, stays: np.ndarray):
+def _mark_fixed(faces: np.ndarray, twins: np.ndarray, frozen: np.ndarray, is_fixed: np.ndarray):
+    """Mark the ends of boundary edges and the vertices of frozen faces."""
     for f in range(len(faces)):
         for k in range(3):
             if frozen[f] or twins[3 * f + k] < 0:
-                stays[faces[f, k]] = stays[faces[f, (k + 1) % 3]] = True
+                is_fixed[faces[f, k]] = is_fixed[faces[f, (k + 1) % 3]] = True
 
 
 def find_twins(faces: Faces) -> Int64[np.ndarray, " h"]:
+    """The opposite half-edge of each half-edge; -1 on the boundary."""
     twins = np.full(faces.size, -1, np.int64)
-    _pair_up(faces, int(faces.max(initial=-1)) + 1, twins)
+    _fill_twins(faces, int(faces.max(initial=-1)) + 1, twins)
     return twins
 
 
 @njit(cache=True, nogil=True)
-def _pair_up(faces: np.ndarray, count: int, twins: np.ndarray):
-    """Half-edges of the same two vertices, by a counting sort of their lower vertex.
+def _fill_twins(faces: np.ndarray, count: int, twins: np.ndarray):
+    """Fill `twins`, by a counting sort of the half-edges by their lower vertex.
 
-    A sort of all pairs of numbers took half of the time of evening out a mesh.
+    Sorting all pairs of vertex numbers took half of the time of remeshing.
     """
     starts = np.zeros(count + 1, np.int32)
     for f in range(len(faces)):
@@ -86,98 +94,98 @@ def _pair_up(faces: np.ndarray, count: int, twins: np.ndarray):
             ends[low] += 1
 
 
-def split_long(mesh: Triangles, longest: float) -> Triangles:
-    """Halve every edge longer than `longest`; faces with split edges become two to four."""
+def split_long(mesh: WorkingMesh, longest: float) -> WorkingMesh:
+    """The mesh with every edge longer than `longest` halved; its faces become two to four."""
     vertices, faces, frozen, origin = mesh
-    middle = np.full(faces.size, -1, np.int64)
-    owners = _halve(vertices, faces, frozen, find_twins(faces), longest**2, middle)
-    tails, heads = faces[owners // 3, owners % 3], faces[owners // 3, (owners + 1) % 3]
+    midpoint = np.full(faces.size, -1, np.int64)
+    half_edges = _number_midpoints(vertices, faces, frozen, find_twins(faces), longest**2, midpoint)
+    face, corner = half_edges // 3, half_edges % 3
+    tails, heads = faces[face, corner], faces[face, (corner + 1) % 3]
     vertices = np.concatenate([vertices, 0.5 * (vertices[tails] + vertices[heads])])
     origin = np.concatenate([origin, origin[tails]])
-    return Triangles(vertices, *_subdivide(vertices, faces, frozen, middle), origin)
+    return WorkingMesh(vertices, *_subdivide(vertices, faces, frozen, midpoint), origin)
 
 
 @njit(cache=True, nogil=True)
-def _halve(
+def _number_midpoints(
     vertices: np.ndarray,
     faces: np.ndarray,
     frozen: np.ndarray,
     twins: np.ndarray,
     longest2: float,
-    middle: np.ndarray,
+    midpoint: np.ndarray,
 ):
-    """Number the middles of long edges in `middle`, by half-edge; one half-edge of each."""
-    owners = np.empty(len(twins), np.int64)
+    """Fill the numbers of the midpoints of long edges; returns one half-edge of each edge."""
+    half_edges = np.empty(len(twins), np.int64)
     found = 0
     for h in range(len(twins)):
         g = twins[h]
         if (0 <= g < h) or frozen[h // 3] or (g >= 0 and frozen[g // 3]):
             continue
         a, b = faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3]
-        if _apart2(vertices[a], vertices[b]) > longest2:
-            middle[h] = len(vertices) + found
+        if _distance2(vertices[a], vertices[b]) > longest2:
+            midpoint[h] = len(vertices) + found
             if g >= 0:
-                middle[g] = middle[h]
-            owners[found] = h
+                midpoint[g] = midpoint[h]
+            half_edges[found] = h
             found += 1
-    return owners[:found].copy()
+    return half_edges[:found].copy()
 
 
 @njit(cache=True, nogil=True)
-def _subdivide(vertices: np.ndarray, faces: np.ndarray, frozen: np.ndarray, middle: np.ndarray):
-    """Faces by the pattern of their split edges, and whether they are frozen.
-
-    The middle of half-edge 3 f + k lies on the edge from corner k.
-    """
-    total = len(faces) + np.sum(middle >= 0)
-    parts, ice = np.empty((total, 3), np.int32), np.empty(total, np.bool_)
+def _subdivide(vertices: np.ndarray, faces: np.ndarray, frozen: np.ndarray, midpoint: np.ndarray):
+    """Faces subdivided by the pattern of their split edges, and whether they are frozen."""
+    total = len(faces) + np.sum(midpoint >= 0)
+    parts, parts_frozen = np.empty((total, 3), np.int32), np.empty(total, np.bool_)
     at = 0
     for f in range(len(faces)):
         count, turn = 0, 0
         for k in range(3):
-            if middle[3 * f + k] >= 0:
+            if midpoint[3 * f + k] >= 0:
                 count += 1
         # Turn the face so that its split edges come first.
         for k in range(3):
-            if count == 1 and middle[3 * f + k] >= 0:
+            if count == 1 and midpoint[3 * f + k] >= 0:
                 turn = k
-            if count == 2 and middle[3 * f + k] < 0:
+            if count == 2 and midpoint[3 * f + k] < 0:
                 turn = (k + 1) % 3
         second, third = (turn + 1) % 3, (turn + 2) % 3
         a, b, c = faces[f, turn], faces[f, second], faces[f, third]
-        ab, bc, ca = middle[3 * f + turn], middle[3 * f + second], middle[3 * f + third]
-        ice[at : at + count + 1] = frozen[f]
+        ab, bc, ca = midpoint[3 * f + turn], midpoint[3 * f + second], midpoint[3 * f + third]
+        parts_frozen[at : at + count + 1] = frozen[f]
         if count == 0:
-            at = _put(parts, at, a, b, c)
+            at = _write_face(parts, at, a, b, c)
         elif count == 1:
-            at = _put(parts, at, a, ab, c)
-            at = _put(parts, at, ab, b, c)
+            at = _write_face(parts, at, a, ab, c)
+            at = _write_face(parts, at, ab, b, c)
         elif count == 2:
-            across = _apart2(vertices[a], vertices[bc]) < _apart2(vertices[ab], vertices[c])
-            at = _put(parts, at, ab, b, bc)
-            at = _put(parts, at, a, ab, bc if across else c)
-            at = _put(parts, at, a if across else ab, bc, c)
+            shorter = _distance2(vertices[a], vertices[bc]) < _distance2(vertices[ab], vertices[c])
+            at = _write_face(parts, at, ab, b, bc)
+            at = _write_face(parts, at, a, ab, bc if shorter else c)
+            at = _write_face(parts, at, a if shorter else ab, bc, c)
         else:
-            at = _put(parts, at, a, ab, ca)
-            at = _put(parts, at, ab, b, bc)
-            at = _put(parts, at, ca, bc, c)
-            at = _put(parts, at, ab, bc, ca)
-    return parts, ice
+            at = _write_face(parts, at, a, ab, ca)
+            at = _write_face(parts, at, ab, b, bc)
+            at = _write_face(parts, at, ca, bc, c)
+            at = _write_face(parts, at, ab, bc, ca)
+    return parts, parts_frozen
 
 
 @njit(cache=True, nogil=True)
-def _put(parts: np.ndarray, at: int, a: int, b: int, c: int):
+def _write_face(parts: np.ndarray, at: int, a: int, b: int, c: int):
+    """Write a face; returns the next free row."""
     parts[at, 0], parts[at, 1], parts[at, 2] = a, b, c
     return at + 1
 
 
 @njit(cache=True, nogil=True)
-def _apart2(p: np.ndarray, q: np.ndarray):
+def _distance2(p: np.ndarray, q: np.ndarray):
+    """Squared distance of two points."""
     return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
 
 
-def collapse_short(mesh: Triangles, shortest: float, longest: float) -> Triangles:
-    """Contract edges shorter than `shortest` where the mesh stays a manifold and unfolded.
+def collapse_short(mesh: WorkingMesh, shortest: float, longest: float) -> WorkingMesh:
+    """The mesh with edges shorter than `shortest` collapsed where it stays manifold and unfolded.
 
     No edge grows beyond `longest`.
     """
@@ -185,22 +193,22 @@ def collapse_short(mesh: Triangles, shortest: float, longest: float) -> Triangle
     twins = find_twins(faces)
     short, lengths2 = _short_edges(vertices, faces, twins, shortest**2)
     edges = short[np.argsort(lengths2, kind="stable")]
-    goes_to = np.arange(len(vertices), dtype=np.int32)
+    merged_into = np.arange(len(vertices), dtype=np.int32)
     starts, corners = corners_by_vertex(faces, len(vertices))
-    _collapse(vertices, faces, starts, corners, edges, mesh.fixed(twins), longest**2, goes_to)
-    faces, whole, used = _closed_up(faces, goes_to)
-    return Triangles(vertices[used], faces, mesh.frozen[whole], mesh.origin[used])
+    _collapse(vertices, faces, starts, corners, edges, mesh.fixed(twins), longest**2, merged_into)
+    faces, kept, used = _compacted(faces, merged_into)
+    return WorkingMesh(vertices[used], faces, mesh.frozen[kept], mesh.origin[used])
 
 
 @njit(cache=True, nogil=True)
 def _short_edges(vertices: np.ndarray, faces: np.ndarray, twins: np.ndarray, shortest2: float):
-    """Ends and squared lengths of the edges inside the mesh that are shorter."""
+    """Ends and squared lengths of the interior edges shorter than the root of `shortest2`."""
     ends, lengths2 = np.empty((len(twins), 2), np.int32), np.empty(len(twins))
     found = 0
     for h in range(len(twins)):
         if twins[h] > h:
             a, b = faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3]
-            length2 = _apart2(vertices[a], vertices[b])
+            length2 = _distance2(vertices[a], vertices[b])
             if length2 < shortest2:
                 ends[found, 0], ends[found, 1], lengths2[found] = a, b, length2
                 found += 1
@@ -208,17 +216,17 @@ def _short_edges(vertices: np.ndarray, faces: np.ndarray, twins: np.ndarray, sho
 
 
 @njit(cache=True, nogil=True)
-def _closed_up(faces: np.ndarray, goes_to: np.ndarray):
-    """Faces of three corners once vertices went to others, on vertices without gaps; which faces
-    these were, and which vertices.
+def _compacted(faces: np.ndarray, merged_into: np.ndarray):
+    """Faces left after the merges, on vertices numbered without gaps; which faces and vertices
+    these were.
     """
-    number = np.full(len(goes_to), -1, np.int32)
-    whole = np.zeros(len(faces), np.bool_)
+    number = np.full(len(merged_into), -1, np.int32)
+    kept = np.zeros(len(faces), np.bool_)
     count = 0
     for f in range(len(faces)):
-        a, b, c = goes_to[faces[f, 0]], goes_to[faces[f, 1]], goes_to[faces[f, 2]]
+        a, b, c = merged_into[faces[f, 0]], merged_into[faces[f, 1]], merged_into[faces[f, 2]]
         if a != b and b != c and c != a:
-            whole[f] = True
+            kept[f] = True
             count += 1
             number[a] = number[b] = number[c] = 0
     used = np.flatnonzero(number == 0)
@@ -226,11 +234,11 @@ def _closed_up(faces: np.ndarray, goes_to: np.ndarray):
     left = np.empty((count, 3), np.int32)
     at = 0
     for f in range(len(faces)):
-        if whole[f]:
+        if kept[f]:
             for k in range(3):
-                left[at, k] = number[goes_to[faces[f, k]]]
+                left[at, k] = number[merged_into[faces[f, k]]]
             at += 1
-    return left, whole, used
+    return left, kept, used
 
 
 @njit(cache=True, nogil=True)
@@ -242,11 +250,12 @@ def _collapse(
     edges: np.ndarray,
     fixed: np.ndarray,
     longest2: float,
-    goes_to: np.ndarray,
+    merged_into: np.ndarray,
 ):
+    """Collapse valid edges, shortest first: moves vertices and fills `merged_into`."""
     locked = np.zeros(vertices.shape[0], np.bool_)
     seen = np.full(vertices.shape[0], -1, np.int64)
-    place = np.empty(3)
+    position = np.empty(3)
     for e in range(edges.shape[0]):
         u, v = edges[e, 0], edges[e, 1]
         if fixed[v]:
@@ -254,14 +263,14 @@ def _collapse(
         if locked[u] or locked[v] or fixed[v]:
             continue
         for k in range(3):
-            place[k] = vertices[u, k] if fixed[u] else 0.5 * (vertices[u, k] + vertices[v, k])
-        fits = _fits(vertices, faces, starts, corners, u, v, place, longest2)
-        fits = fits and _fits(vertices, faces, starts, corners, v, u, place, longest2)
-        if not fits or _common(faces, starts, corners, u, v, e, seen) != 2:
+            position[k] = vertices[u, k] if fixed[u] else 0.5 * (vertices[u, k] + vertices[v, k])
+        valid = _keeps_shape(vertices, faces, starts, corners, u, v, position, longest2)
+        valid = valid and _keeps_shape(vertices, faces, starts, corners, v, u, position, longest2)
+        if not valid or _count_common_neighbours(faces, starts, corners, u, v, e, seen) != 2:
             continue
-        goes_to[v] = u
+        merged_into[v] = u
         for k in range(3):
-            vertices[u, k] = place[k]
+            vertices[u, k] = position[k]
         for end in (u, v):
             for s in range(starts[end], starts[end + 1]):
                 for k in range(3):
@@ -269,69 +278,69 @@ def _collapse(
 
 
 @njit(cache=True, nogil=True)
-def _fits(
+def _keeps_shape(
     vertices: np.ndarray,
     faces: np.ndarray,
     starts: np.ndarray,
     corners: np.ndarray,
     moving: int,
     other: float,
-    place: np.ndarray,
+    position: np.ndarray,
     longest2: float,
 ):
-    """Whether the faces at `moving`, without `other`, stay unfolded and short with it at place."""
+    """Whether the faces at `moving` without `other` stay unfolded and small after the move."""
     old, new = np.empty(3), np.empty(3)
     for s in range(starts[moving], starts[moving + 1]):
         face, corner = corners[s] // 3, corners[s] % 3
         b, c = faces[face, (corner + 1) % 3], faces[face, (corner + 2) % 3]
         if b == other or c == other:
             continue
-        _across(vertices[moving], vertices[b], vertices[c], old)
-        _across(place, vertices[b], vertices[c], new)
+        _area_vector(vertices[moving], vertices[b], vertices[c], old)
+        _area_vector(position, vertices[b], vertices[c], new)
         if _dot(old, new) < 0.5 * np.sqrt(_dot(old, old) * _dot(new, new)):
             return False
         reach2 = 0.0
         for k in range(3):
-            reach2 += (vertices[b, k] - place[k]) ** 2
+            reach2 += (vertices[b, k] - position[k]) ** 2
         if reach2 > longest2:
             return False
     return True
 
 
 @njit(cache=True, nogil=True)
-def _common(
+def _count_common_neighbours(
     faces: np.ndarray,
     starts: np.ndarray,
     corners: np.ndarray,
     u: int,
     v: int,
-    stamp: float,
+    edge_number: float,
     seen: np.ndarray,
 ):
-    """Number of vertices next to both u and v."""
+    """Number of neighbours that u and v share: 2 where the link condition holds."""
     for s in range(starts[u], starts[u + 1]):
         for k in range(3):
-            seen[faces[corners[s] // 3, k]] = 2 * stamp
+            seen[faces[corners[s] // 3, k]] = 2 * edge_number
     count = 0
     for s in range(starts[v], starts[v + 1]):
         for k in range(3):
             w = faces[corners[s] // 3, k]
-            if w != u and w != v and seen[w] == 2 * stamp:
-                seen[w] = 2 * stamp + 1
+            if w != u and w != v and seen[w] == 2 * edge_number:
+                seen[w] = 2 * edge_number + 1
                 count += 1
     return count
 
 
-def flip_to_delaunay(mesh: Triangles, twins: Int64[np.ndarray, " h"]) -> Triangles:
-    """Turn edges whose two opposite angles exceed 180 degrees together."""
+def flip_to_delaunay(mesh: WorkingMesh, twins: Int64[np.ndarray, " h"]) -> WorkingMesh:
+    """The mesh with those edges flipped whose two opposite angles exceed 180 degrees together."""
     faces = mesh.faces.copy()
     starts, corners = corners_by_vertex(faces, len(mesh.vertices))
-    _flip(mesh.vertices, faces, twins, starts, corners, mesh.frozen.copy())
+    _flip_edges(mesh.vertices, faces, twins, starts, corners, mesh.frozen.copy())
     return mesh._replace(faces=faces)
 
 
 @njit(cache=True, nogil=True)
-def _flip(
+def _flip_edges(
     vertices: np.ndarray,
     faces: np.ndarray,
     twins: np.ndarray,
@@ -339,7 +348,8 @@ def _flip(
     corners: np.ndarray,
     touched: np.ndarray,
 ):
-    gained = np.zeros(vertices.shape[0], np.bool_)
+    """Flip edges that are not Delaunay in `faces`."""
+    got_edge = np.zeros(vertices.shape[0], np.bool_)
     original = faces.copy()
     upper, lower, outward = np.empty(3), np.empty(3), np.empty(3)
     for h in range(twins.shape[0]):
@@ -348,22 +358,22 @@ def _flip(
             continue
         a, b = faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3]
         c, d = faces[h // 3, (h + 2) % 3], faces[g // 3, (g + 2) % 3]
-        if c == d or (gained[c] and gained[d]):
+        if c == d or (got_edge[c] and got_edge[d]):
             continue
         pa, pb, pc, pd = vertices[a], vertices[b], vertices[c], vertices[d]
-        _across(pc, pa, pb, upper)
-        _across(pd, pb, pa, lower)
+        _area_vector(pc, pa, pb, upper)
+        _area_vector(pd, pb, pa, lower)
         size_up, size_low = np.sqrt(_dot(upper, upper)), np.sqrt(_dot(lower, lower))
         facing_up = facing_low = 0.0
         for k in range(3):
             facing_up += (pa[k] - pc[k]) * (pb[k] - pc[k])
             facing_low += (pa[k] - pd[k]) * (pb[k] - pd[k])
             outward[k] = upper[k] + lower[k]
-        # The sum of the two angles' cotangents, times both areas.
+        # This is the sum of the two angles' cotangents, times both areas.
         if facing_up * size_low + facing_low * size_up >= -1e-9 * size_up * size_low:
             continue
-        _across(pc, pa, pd, upper)
-        _across(pc, pd, pb, lower)
+        _area_vector(pc, pa, pd, upper)
+        _area_vector(pc, pd, pb, lower)
         if _dot(upper, outward) <= 0 or _dot(lower, outward) <= 0:
             continue
         joined = False
@@ -375,12 +385,12 @@ def _flip(
         faces[h // 3, 0], faces[h // 3, 1], faces[h // 3, 2] = c, a, d
         faces[g // 3, 0], faces[g // 3, 1], faces[g // 3, 2] = d, b, c
         touched[h // 3] = touched[g // 3] = True
-        gained[c] = gained[d] = True
+        got_edge[c] = got_edge[d] = True
 
 
 @njit(cache=True, nogil=True)
-def _across(p: np.ndarray, q: np.ndarray, r: np.ndarray, out: np.ndarray):
-    """Twice the area of a triangle, along its normal."""
+def _area_vector(p: np.ndarray, q: np.ndarray, r: np.ndarray, out: np.ndarray):
+    """Fill twice the area vector of a triangle."""
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         out[k] = (q[i] - p[i]) * (r[j] - p[j]) - (q[j] - p[j]) * (r[i] - p[i])
@@ -391,59 +401,60 @@ def _dot(p: np.ndarray, q: np.ndarray):
     return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 
 
-def smooth_along(mesh: Triangles, fixed: np.ndarray) -> Triangles:
-    """Move vertices half way to the mean of their neighbours, within the tangent plane."""
+def smooth_along(mesh: WorkingMesh, fixed: np.ndarray) -> WorkingMesh:
+    """The mesh with its vertices moved half way to the mean of their 1-rings, tangentially."""
     return mesh._replace(vertices=_smoothed(mesh.vertices, mesh.faces, fixed))
 
 
 @njit(cache=True, nogil=True)
 def _smoothed(vertices: np.ndarray, faces: np.ndarray, fixed: np.ndarray):
+    """Positions after one step of tangential smoothing."""
     count = len(vertices)
-    sums, normals, heads = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
-    across = np.empty(3)
+    sums, normals, valence = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+    area_vector = np.empty(3)
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        _across(vertices[a], vertices[b], vertices[c], across)
+        _area_vector(vertices[a], vertices[b], vertices[c], area_vector)
         for tail, head in ((a, b), (b, c), (c, a)):
-            heads[tail] += 1
+            valence[tail] += 1
             for k in range(3):
                 sums[tail, k] += vertices[head, k]
-                normals[tail, k] += across[k]
+                normals[tail, k] += area_vector[k]
     moved = vertices.copy()
     for v in range(count):
-        if fixed[v] or heads[v] == 0:
+        if fixed[v] or valence[v] == 0:
             continue
         normal2 = max(_dot(normals[v], normals[v]), 1e-60)
-        out = 0.0
+        off_plane = 0.0
         for k in range(3):
-            out += (sums[v, k] / heads[v] - vertices[v, k]) * normals[v, k] / normal2
+            off_plane += (sums[v, k] / valence[v] - vertices[v, k]) * normals[v, k] / normal2
         for k in range(3):
-            step = sums[v, k] / heads[v] - vertices[v, k] - out * normals[v, k]
+            step = sums[v, k] / valence[v] - vertices[v, k] - off_plane * normals[v, k]
             moved[v, k] += 0.5 * step
     return moved
 
 
 _ROUNDS = 4
-_RETURNS = (1, 3)
-"""Rounds after which the vertices return to the surface: along it they leave it by next to nothing,
-and the search for the nearest place takes half of the time."""
+_PROJECTION_ROUNDS = (1, 3)
+"""Rounds after which vertices are projected back to the surface. Tangential steps hardly leave it,
+and the search for the closest points takes half of the time."""
 
 
 def refine(mesh: Mesh, edge_mm: float) -> Mesh:
-    """Even triangles with edges of about `edge_mm`, on the given surface.
+    """The surface remeshed to even triangles with edges of about `edge_mm`.
 
-    Colour, filled mark and sigma come from the nearest vertex of the given mesh.
+    Colours, filled marks and sigmas come from the nearest vertex of the given mesh.
     """
     if not is_edge_manifold(mesh.faces):
         raise SurfaceError("surface.not_manifold")
     tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
-    work = Triangles(
+    work = WorkingMesh(
         mesh.vertices_mm, mesh.faces, np.zeros(len(mesh.faces), np.bool_), np.arange(len(mesh))
     )
     on_face = np.zeros(len(mesh), np.int64)
     for number in track(range(_ROUNDS)):
-        work, fixed = _evened_out(work, edge_mm)
-        if number in _RETURNS:
+        work, fixed = _remesh_round(work, edge_mm)
+        if number in _PROJECTION_ROUNDS:
             nearest = tree.closest(work.vertices)
             work.vertices[~fixed] = nearest.points_mm[~fixed]
             on_face = nearest.faces
@@ -451,13 +462,13 @@ def refine(mesh: Mesh, edge_mm: float) -> Mesh:
     return replace(result, vertices_mm=work.vertices, faces=work.faces)
 
 
-def even_out(work: Triangles, edge: float) -> Triangles:
-    """One round towards edges of one length."""
-    return _evened_out(work, edge)[0]
+def remesh_once(work: WorkingMesh, edge: float) -> WorkingMesh:
+    """The mesh after one round of remeshing towards this edge length."""
+    return _remesh_round(work, edge)[0]
 
 
-def _evened_out(work: Triangles, edge: float) -> tuple[Triangles, np.ndarray]:
-    """The same, and which vertices had to stay."""
+def _remesh_round(work: WorkingMesh, edge: float) -> tuple[WorkingMesh, np.ndarray]:
+    """The mesh after one round of remeshing, and which vertices were fixed."""
     work = split_long(work, 4 / 3 * edge)
     for _ in range(2):
         work = collapse_short(work, 4 / 5 * edge, 4 / 3 * edge)
@@ -471,5 +482,5 @@ def _evened_out(work: Triangles, edge: float) -> tuple[Triangles, np.ndarray]:
 def _nearest_corners(mesh: Mesh, on_face: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Vertex of the mesh nearest to each place, among the corners of its face."""
     corners = mesh.faces[on_face]
-    apart = np.linalg.norm(mesh.vertices_mm[corners] - places[:, None], axis=2)
-    return np.take_along_axis(corners, apart.argmin(1)[:, None], 1)[:, 0]
+    distance = np.linalg.norm(mesh.vertices_mm[corners] - places[:, None], axis=2)
+    return np.take_along_axis(corners, distance.argmin(1)[:, None], 1)[:, 0]
