@@ -179,10 +179,8 @@ def point_visibility(
 
     halvings = min(
         (
-            halvings_to(
-                metric.scene.view(visible_in.photo_idx).camera.width_px, visible_in.camera.width_px
-            )
-            for visible_in in depth_maps
+            halvings_to(metric.scene.view(one.photo_idx).camera.width_px, one.camera.width_px)
+            for one in depth_maps
         ),
         default=0,
     )
@@ -274,55 +272,53 @@ def project_to_surface(
     noise     residuals of this size lose half of their weight, mm
     Returns for each seed its neighbours' total weight, 0 where there are too few for a surface.
     """
-    points, normals = measured.points_mm, measured.normals
     support = np.zeros(len(seeds), np.float32)
     system = np.empty((_UNKNOWNS, _UNKNOWNS + 1))
-    axes = np.empty((3, 3))
     coefficients = np.zeros(_UNKNOWNS)
+    position, axes = np.empty(3), np.empty((3, 3))
     for s in range(len(seeds)):
-        p = seeds[s]
-        x, y, z = np.float64(points[p, 0]), np.float64(points[p, 1]), np.float64(points[p, 2])
-        axes[2, 0], axes[2, 1], axes[2, 2] = normals[p, 0], normals[p, 1], normals[p, 2]
-        depth_bias = 0.0
-        solved = False
-        for _ in range(_MAX_ITERATIONS):
-            _complete_axes(axes)
-            coefficients[:] = 0.0
-            total, count, window_mm2 = _accumulate_quadric(
-                measured, cubes, radius, noise, x, y, z, axes, system
-            )
-            solved = count >= _LEAST_NEIGHBOURS and _solve_quadric(
-                system, total, radius, coefficients
-            )
-            if not solved or abs(coefficients[0]) > radius:
-                solved = False
-                break
-            support[s] = total
-            step, along_u, along_v = coefficients[0], coefficients[1], coefficients[2]
-            x += step * axes[2, 0]
-            y += step * axes[2, 1]
-            z += step * axes[2, 2]
-            length = math.sqrt(1 + along_u**2 + along_v**2)
-            for i in range(3):
-                axes[2, i] = (axes[2, i] - along_u * axes[0, i] - along_v * axes[1, i]) / length
-            depth_bias = -0.5 * (coefficients[3] + coefficients[5]) * window_mm2
-            if (
-                abs(step) < _CONVERGED_SHIFT * noise
-                and along_u**2 + along_v**2 < _CONVERGED_SLOPE**2
-            ):
-                break
-        if not solved:
-            support[s] = 0.0
-            continue
-        projected[s, 0] = x + depth_bias * axes[2, 0]
-        projected[s, 1] = y + depth_bias * axes[2, 1]
-        projected[s, 2] = z + depth_bias * axes[2, 2]
-        projected_normals[s, 0], projected_normals[s, 1], projected_normals[s, 2] = (
-            axes[2, 0],
-            axes[2, 1],
-            axes[2, 2],
+        position[:] = measured.points_mm[seeds[s]]
+        axes[2] = measured.normals[seeds[s]]
+        support[s] = _project_seed(
+            measured, cubes, radius, noise, position, axes, system, coefficients
         )
+        if support[s] > 0.0:
+            projected[s], projected_normals[s] = position, axes[2]
     return support
+
+
+@njit(cache=True, error_model="numpy")
+def _project_seed(
+    measured: MeasuredPoints, cubes: CubeTable, radius: float, noise: float,
+    position: np.ndarray, axes: np.ndarray, system: np.ndarray, coefficients: np.ndarray,
+):  # fmt: skip
+    """Move a position, and its normal axes[2], to the surface of its neighbours.
+
+    Returns the neighbours' total weight, 0 where there are too few for a surface.
+    """
+    total, depth_bias = 0.0, 0.0
+    for _ in range(_MAX_ITERATIONS):
+        _complete_axes(axes)
+        coefficients[:] = 0.0
+        total, count, window_mm2 = _accumulate_quadric(
+            measured, cubes, radius, noise, position, axes, system
+        )
+        if count < _LEAST_NEIGHBOURS or not _solve_quadric(system, total, radius, coefficients):
+            return 0.0
+        shift, slope_u, slope_v = coefficients[0], coefficients[1], coefficients[2]
+        if abs(shift) > radius:
+            return 0.0
+        length = math.sqrt(1 + slope_u**2 + slope_v**2)
+        for i in range(3):
+            position[i] += shift * axes[2, i]
+        for i in range(3):
+            axes[2, i] = (axes[2, i] - slope_u * axes[0, i] - slope_v * axes[1, i]) / length
+        depth_bias = -0.5 * (coefficients[3] + coefficients[5]) * window_mm2
+        if abs(shift) < _CONVERGED_SHIFT * noise and slope_u**2 + slope_v**2 < _CONVERGED_SLOPE**2:
+            break
+    for i in range(3):
+        position[i] += depth_bias * axes[2, i]
+    return total
 
 
 @njit(cache=True, error_model="numpy")
@@ -344,9 +340,9 @@ def _complete_axes(axes: np.ndarray):
 @njit(cache=True, error_model="numpy")
 def _accumulate_quadric(
     measured: MeasuredPoints, cubes: CubeTable, radius: float, noise: float,
-    x: float, y: float, z: float, axes: np.ndarray, system: np.ndarray,
+    position: np.ndarray, axes: np.ndarray, system: np.ndarray,
 ):  # fmt: skip
-    """Set up the normal equations of the quadric (upper triangle and right side) at (x, y, z).
+    """Set up the normal equations of the quadric round a position (upper triangle, right side).
 
     Returns the neighbours' total weight, their number, and the weighted mean of their windows.
     """
@@ -354,6 +350,7 @@ def _accumulate_quadric(
     low, cell = cubes.low_mm, cubes.cell_mm
     system[:] = 0.0
     row = np.empty(_UNKNOWNS)
+    x, y, z = position[0], position[1], position[2]
     total, window, count = 0.0, 0.0, 0
     i, j, k = int((x - low[0]) / cell), int((y - low[1]) / cell), int((z - low[2]) / cell)
     for neighbour in range(27):

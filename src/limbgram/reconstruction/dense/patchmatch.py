@@ -22,6 +22,7 @@ Method  Places of a chessboard's two colours in turn; each asks the better of tw
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +35,17 @@ Reference = tuple[np.ndarray, int, int, np.ndarray, np.ndarray]
 difference and by distance."""
 Sources = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
 """Packed words, their table, homographies A and b, and how many of the best correlations count."""
+
+
+class RandomSearch(NamedTuple):
+    """Size of the random changes of one sweep, and their random numbers."""
+
+    w_step: float
+    """Of inverse depth."""
+    tilt_step: float
+    """Of the slopes, as the tangent of the surface's tilt."""
+    seed: int
+
 
 LANES = 128
 SIDE = 6
@@ -279,17 +291,11 @@ def sweep(
     places: np.ndarray,
     w_range: np.ndarray,
     focal_px: float,
-    w_step: float,
-    tilt_step: float,
-    seed: int,
+    search: RandomSearch,
     planes: np.ndarray,
     score: np.ndarray,
 ):
-    """Improve the planes of one colour's places by propagation and random search.
-
-    w_step     size of random changes of inverse depth
-    tilt_step  size of random changes of the slopes (tangent of the surface's tilt)
-    """
+    """Improve the planes of one colour's places by propagation and random search."""
     _, width, step, _, _ = reference
     lanes, index, word = _new_scratch()
     for first in range(0, len(places), LANES):
@@ -302,22 +308,12 @@ def sweep(
             lanes[BEST_GX + lane] = planes[1, place]
             lanes[BEST_GY + lane] = planes[2, place]
         for direction in range(4):
-            dx, dy = (
-                i4(1 - direction) * i4(direction % 2 == 0),
-                i4(2 - direction) * i4(direction % 2 == 1),
-            )
+            dx = i4(1 - direction) * i4(direction % 2 == 0)
+            dy = i4(2 - direction) * i4(direction % 2 == 1)
             _propagate(block, width // step, step, dx, dy, planes, score, lanes)
             _test_hypothesis(sources, w_range, lanes, index, word)
         for trial in range(PERTURBATIONS):
-            _perturb(
-                block,
-                f4(focal_px),
-                f4(w_step) * f4(trial != 1),
-                f4(tilt_step) * f4(trial != 2),
-                seed,
-                trial,
-                lanes,
-            )
+            _perturb(block, f4(focal_px), search, trial, lanes)
             _test_hypothesis(sources, w_range, lanes, index, word)
         for lane in range(len(block)):
             place = block[lane]
@@ -450,13 +446,13 @@ def _propagate(
 def _perturb(
     block: np.ndarray,
     focal_px: float | np.float32,
-    w_step: float | np.float32,
-    tilt_step: float | np.float32,
-    seed: int,
+    search: RandomSearch,
     trial: int,
     lanes: np.ndarray,
 ):
     """Change the best plane so far at random."""
+    w_step, tilt_step = f4(search.w_step) * f4(trial != 1), f4(search.tilt_step) * f4(trial != 2)
+    seed = search.seed
     for lane in range(LANES):
         place = block[min(lane, len(block) - 1)]
         w0 = lanes[BEST_W0 + lane] + w_step * (f4(2) * _random(place, seed, 3 * trial) - f4(1))

@@ -214,11 +214,11 @@ def _optimise_planes(
         depth_step = _FIRST_DEPTH_STEP_PX[level_idx] * _STEP_DECAY**sweep * problem.w_per_px
         tilt_step = _FIRST_TILT_STEP[level_idx] * _STEP_DECAY**sweep
         seed = options.seed + 1000 * (level_idx + 1) + sweep
+        search = patchmatch.RandomSearch(depth_step, tilt_step, seed)
         for colour in (red, black):
             patchmatch.sweep(
-                reference, sources, colour, w_range, problem.focal_px, depth_step, tilt_step, seed,
-                planes, score,
-            )  # fmt: skip
+                reference, sources, colour, w_range, problem.focal_px, search, planes, score
+            )
     if level_idx == HALVINGS:
         depth_step = _PARABOLA_STEP_PX * problem.w_per_px
         patchmatch.refine_subpixel(

@@ -92,35 +92,16 @@ def fit_square(
     patch = _patch_round(light, corners_px, 1 / len(code), camera)
     if patch is None:
         return None
-    corners = patch.undistorted(corners_px)
-    sides = _straight_sides(corners)
-    blur_px = _FIRST_BLUR_PX
-    for round_idx in range(_MAX_ROUNDS):
-        fits = [
-            _fit_side(patch, sides, side_idx, code, blur_px, bends=round_idx > 0)
-            for side_idx in range(4)
-        ]
-        found = [side for side in fits if side is not None]
-        if len(found) < 4:
-            return None
-        blur_px = float(np.median([side.blur_px for side in found]))
-        new_corners = _side_intersections(found)
-        if new_corners is None or not np.isfinite(new_corners).all():
-            return None
-        change_px = float(np.abs(new_corners - corners).max())
-        corners, sides = new_corners, found
-        if round_idx > 0 and change_px < _CONVERGED_PX:
-            break
+    sides = _fit_curved_sides(patch, patch.undistorted(corners_px), code)
+    if sides is None:
+        return None
     bent = sum((side.curve[2] / side.sigma_bend) ** 2 for side in sides) > _BEND_CHI2
     if not bent:
-        straight_sides = [
-            _fit_side(patch, sides, side_idx, code, blur_px, bends=False) for side_idx in range(4)
-        ]
-        sides = [side for side in straight_sides if side is not None]
-        new_corners = _side_intersections(sides) if len(sides) == 4 else None
-        if new_corners is None:
-            return None
-        corners = new_corners
+        blur_px = float(np.median([side.blur_px for side in sides]))
+        sides = _fit_sides(patch, sides, code, blur_px, bends=False)
+    corners = None if sides is None else _side_intersections(sides)
+    if sides is None or corners is None:
+        return None
     centre = _diagonal_intersection(corners)
     if not np.isfinite(corners).all() or not np.isfinite(centre).all():
         return None
@@ -254,6 +235,31 @@ def _straight_side(first: Float64[np.ndarray, "2"], last: Float64[np.ndarray, "2
         curve=np.zeros(3),
         covariance=np.eye(3),
     )
+
+
+def _fit_curved_sides(patch: _Patch, corners: Points2, code: Code) -> list[_Side] | None:
+    """Fit all sides until their corners converge, straight ones first; None where that fails."""
+    sides, blur_px = _straight_sides(corners), _FIRST_BLUR_PX
+    for round_idx in range(_MAX_ROUNDS):
+        found = _fit_sides(patch, sides, code, blur_px, bends=round_idx > 0)
+        new_corners = None if found is None else _side_intersections(found)
+        if found is None or new_corners is None or not np.isfinite(new_corners).all():
+            return None
+        blur_px = float(np.median([side.blur_px for side in found]))
+        change_px = float(np.abs(new_corners - corners).max())
+        corners, sides = new_corners, found
+        if round_idx > 0 and change_px < _CONVERGED_PX:
+            break
+    return sides
+
+
+def _fit_sides(
+    patch: _Patch, sides: list[_Side], code: Code, blur_px: float, *, bends: bool
+) -> list[_Side] | None:
+    """Fit each side to the pixels of its band; None where one cannot be fitted."""
+    fits = [_fit_side(patch, sides, k, code, blur_px, bends=bends) for k in range(4)]
+    found = [side for side in fits if side is not None]
+    return found if len(found) == 4 else None
 
 
 def _fit_side(
