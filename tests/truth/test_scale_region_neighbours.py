@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.frames import Rigid, Similarity, fit_similarity
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.dense.region import find_region, footprint
-from limbgram.reconstruction.dense.source_views import choose_neighbours
+from limbgram.reconstruction.dense.source_views import select_source_views
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
@@ -152,7 +152,7 @@ def footprint_against_mask(truth: Truth, region, view: View) -> tuple[float, flo
 @pytest.mark.parametrize("name", SETS)
 def test_every_photo_has_neighbours_at_useful_angles(data_folder: Path, name: str) -> None:
     truth, metric = load(data_folder, name), scaled(data_folder, name)
-    neighbours = choose_neighbours(metric, find_region(truth.photos, metric))
+    neighbours = select_source_views(metric, find_region(truth.photos, metric))
     middle = world_from_room(metric, truth).apply(truth.surface_mm.mean(0)[None])[0]
     toward = np.array([view.centre_in_world - middle for view in metric.scene.views])
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)

@@ -12,7 +12,7 @@ from typing import Literal
 
 from limbgram.batch.settings import BATCH_FILE, Batch
 from limbgram.core.errors import OptionsError, printable
-from limbgram.reconstruction.photos.quality import sifted
+from limbgram.reconstruction.photos.quality import files_by_kind
 from limbgram.reconstruction.photos.video import is_video
 
 CaptureKind = Literal["folder", "zip", "video"]
@@ -62,7 +62,7 @@ def find_captures(folder: Path, batch: Batch, cases: Path) -> tuple[Capture, ...
 
 def loose_photos(folder: Path) -> int:
     """Photos that lie beside the captures and belong to none."""
-    return len(sifted(path for path in sorted(folder.iterdir()) if path.is_file()).pictures)
+    return len(files_by_kind(path for path in sorted(folder.iterdir()) if path.is_file()).pictures)
 
 
 def sources_in(folder: Path) -> tuple[Path, ...]:
@@ -71,7 +71,7 @@ def sources_in(folder: Path) -> tuple[Path, ...]:
         return (folder,)  # whoever reads it says what is wrong
     files = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".")]
     videos = tuple(path for path in files if path.is_file() and is_video(path))
-    return videos if videos and not sifted(files).pictures else (folder,)
+    return videos if videos and not files_by_kind(files).pictures else (folder,)
 
 
 def _matching(folder: Path, pattern: str) -> list[Path]:

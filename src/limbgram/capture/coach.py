@@ -78,7 +78,7 @@ from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import (
-    SPOILT,
+    UNUSABLE_REMARKS,
     common_fault,
     remarks,
 )
@@ -395,7 +395,7 @@ def _judged_photos(
     for idx, one in enumerate(looked_at):
         verdict = scene.verdicts[idx]
         own = said.get(one.photo.name, [])
-        bad = any(found.code in SPOILT for found in own)
+        bad = any(found.code in UNUSABLE_REMARKS for found in own)
         named = _remark_codes_in(verdict.reason)
         checked.append(
             CheckedPhoto(

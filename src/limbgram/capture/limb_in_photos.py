@@ -30,7 +30,7 @@ from limbgram.reconstruction.photos.quality import (
     brightest_luma,
     burnt_share,
     edge_width_px,
-    exposed_in,
+    exposure_mask,
 )
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.visibility import aim_of
@@ -169,7 +169,7 @@ def _at_full_size(
     cv2.fillConvexPoly(limb_at, np.round(hull_px).astype(np.int32), 1)
     # the outline of a bent limb spans a part of what lies behind it
     on_limb = limb_at > 0
-    where = on_limb & exposed_in(luma, mask)
+    where = on_limb & exposure_mask(luma, mask)
     part = slice(box[1], box[3]), slice(box[0], box[2])
     seen = replace(
         photo,

@@ -38,11 +38,11 @@ from limbgram.reconstruction.photos.photo import (
 from limbgram.reconstruction.photos.reading import (
     PhotoOptions,
     candidates_in,
-    look_at_all,
-    masked_by,
     natural_order,
     photo_set,
+    read_each,
     read_photos,
+    with_masks_in,
 )
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
@@ -116,7 +116,7 @@ def _with_masks(photos: PhotoSet, masks: Path) -> PhotoSet:
     Raises:
         PhotoError: no picture in it is named as the mask of a photo.
     """
-    masked = masked_by(photos, masks)
+    masked = with_masks_in(photos, masks)
     fits = any(one.mask_path for one in masked.photos)
     if not fits and masked.set_aside == photos.set_aside:
         raise no_mask_fits(masks, photos.photos[0].path)
@@ -173,7 +173,7 @@ class CaptureWatch:
         run = run or Run()
         photos = self._read_again(sources, run)
         if self._masks is not None:
-            photos = masked_by(photos, self._masks)
+            photos = with_masks_in(photos, self._masks)
         if len(photos.photos) < _FEWEST:
             raise PhotoError(
                 "photo.too_few_yet",
@@ -202,7 +202,7 @@ class CaptureWatch:
         new = [file for file in stamps if file not in known]
 
         def read() -> list[Photo | SetAside]:
-            return look_at_all(new, PhotoOptions())
+            return read_each(new, PhotoOptions())
 
         read.__name__ = read_photos.__name__
         looked = zip(new, run(read) if new else [])

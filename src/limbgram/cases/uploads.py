@@ -29,9 +29,9 @@ from limbgram.core.files import damaged_zip_refused, json_of, read_content, writ
 from limbgram.core.typed import Mismatch, tree_of, value_of
 from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import SetAside
-from limbgram.reconstruction.photos.privacy import take_place_from_film, without_traces
+from limbgram.reconstruction.photos.privacy import remove_video_location, without_personal_data
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFIXES
-from limbgram.reconstruction.photos.reading import look_at, names_apart
+from limbgram.reconstruction.photos.reading import names_apart, read_photo
 
 MOST_PHOTO_BYTES = 300_000_000
 MOST_FILM_BYTES = 8_000_000_000
@@ -331,14 +331,14 @@ class Intake:
         """Clean what arrived, put it in its place, and see whether it can be used."""
         place = self.folder / name
         if suffix_of(name) in VIDEO_SUFFIXES:
-            removed = take_place_from_film(part)
+            removed = remove_video_location(part)
             part.replace(place)
             kept = file_sha256(place) if removed else sha256
             return Received(name=name, bytes=size, sha256=sha256, kept_sha256=kept, removed=removed)
-        cleaned = without_traces(part.read_bytes(), suffix_of(name), self.key)
+        cleaned = without_personal_data(part.read_bytes(), suffix_of(name), self.key)
         with written_whole(place) as beside:
             beside.write_bytes(cleaned.content)
-        seen = look_at(place)
+        seen = read_photo(place)
         unusable = isinstance(seen, SetAside)
         return Received(
             name=name,

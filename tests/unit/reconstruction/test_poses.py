@@ -13,7 +13,7 @@ from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
-from limbgram.reconstruction.dense.region import solid
+from limbgram.reconstruction.dense.region import closed_region
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.limb_groups import LimbGroups
 from limbgram.reconstruction.mapping.scene import Observations, Scene
@@ -260,7 +260,7 @@ def part_of(truth: Truth, photos: range, floor_z_mm: float | None = 0.0) -> Part
     metric = MetricScene(
         scene=replace(scene, camera_from_world=poses), scale=scale, floor_z_mm=floor_z_mm
     )
-    return Part(metric=metric, region=solid(skin, 10.0, 5.0, 4.0))
+    return Part(metric=metric, region=closed_region(skin, 10.0, 5.0, 4.0))
 
 
 def side_of(truth: Truth, photos: range) -> Side:

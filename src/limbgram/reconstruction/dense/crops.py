@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8, UInt32
 from limbgram.core.geometry.arrays import GreyImage, Mask, Matrix3
 from limbgram.core.geometry.lens import Camera, View, distorted_by
 from limbgram.core.kernels import njit
-from limbgram.reconstruction.dense.patchmatch import packed
+from limbgram.reconstruction.dense.patchmatch import pack_neighbourhoods
 from limbgram.reconstruction.dense.region import Footprint, Region, footprint
 from limbgram.reconstruction.photos.decoding import halvings_to, load_luma
 from limbgram.reconstruction.photos.masks import load_mask
@@ -25,8 +25,8 @@ from limbgram.reconstruction.photos.photo import Photo
 
 HALVINGS = 2
 """The coarsest pyramid level is a crop halved this often."""
-_ALIGNED = 1 << HALVINGS
-_BAND = 32
+_ALIGNMENT_PX = 1 << HALVINGS
+_BAND_ROWS = 32
 """Rows of a crop for which pixels of the photo are computed at once: what they need stays in the
 cache."""
 
@@ -60,7 +60,7 @@ class Crop:
 
 
 def reduction_for(region: Region, views: Sequence[View], most_px: int) -> float:
-    """By how much to reduce the photos so that the region covers `most_px` of all together."""
+    """Factor by which to reduce the photos so that the region covers at most `most_px` of all."""
     covered = sum(int(footprint(region, pinhole(view), 1 / 8).mask.sum()) * 64 for view in views)
     return max(1.0, float(np.sqrt(covered / most_px)))
 
@@ -73,13 +73,13 @@ def pinhole(view: View) -> View:
 def crop_photo(
     photo: Photo, photo_idx: int, view: View, region: Region, reduction: float
 ) -> Crop | None:
-    """The region in one photo; None where the photo does not show it."""
+    """The crop of one photo; None where the photo does not show the region."""
     straight = pinhole(view)
     seen = footprint(region, straight, 1 / reduction)
     seen = _aligned(seen)
     if not seen.mask.any():
         return None
-    grey, inside = _resampled(photo, seen, straight.camera, view.camera, reduction)
+    grey, inside = _resampled_crop(photo, seen, straight.camera, view.camera, reduction)
     return Crop(
         photo_idx=photo_idx,
         view=View(view.name, straight.camera.scaled(1 / reduction), view.camera_from_world),
@@ -92,45 +92,47 @@ def crop_photo(
     )
 
 
-def _resampled(
+def _resampled_crop(
     photo: Photo, seen: Footprint, straight: Camera, lens: Camera, reduction: float
 ) -> tuple[GreyImage, Mask]:
-    """Grey crop, and which of its pixels lie in the photo and its mask: by bands of rows, for
-    the samples of a whole crop take several times the memory of the photo."""
+    """Grey crop, and which of its pixels lie in the photo and its mask.
+
+    Bands of rows keep memory small: the samples of a whole crop take several times the photo's.
+    """
     halvings = halvings_to(lens.width_px, lens.width_px / reduction)
-    part = 1 << halvings
-    step = reduction / part
+    factor = 1 << halvings
+    step = reduction / factor
     samples = int(np.ceil(step))
-    luma, given = load_luma(photo, halvings), load_mask(photo)
-    white = None if given is None else given.astype(np.uint8)
-    pinhole, photographed = straight.scaled(1 / part).packed, lens.scaled(1 / part).packed
-    edge = np.array([lens.width_px, lens.height_px]) / part - 0.5 - 0.5 / part
+    luma, mask = load_luma(photo, halvings), load_mask(photo)
+    mask_levels = None if mask is None else mask.astype(np.uint8)
+    pinhole, lens_packed = straight.scaled(1 / factor).packed, lens.scaled(1 / factor).packed
+    high = np.array([lens.width_px, lens.height_px]) / factor - 0.5 - 0.5 / factor
     height, width = seen.mask.shape
     grey, inside = np.empty(seen.mask.shape, np.uint8), np.empty(seen.mask.shape, bool)
-    for first in range(0, height, _BAND):
-        rows = slice(first, min(first + _BAND, height))
+    for first in range(0, height, _BAND_ROWS):
+        rows = slice(first, min(first + _BAND_ROWS, height))
         shape = samples * (rows.stop - first), samples * width
         map_x, map_y = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        _places_in_photo(
-            samples * seen.x0, samples * (seen.y0 + first), step / samples, pinhole, photographed,
+        _sample_positions(
+            samples * seen.x0, samples * (seen.y0 + first), step / samples, pinhole, lens_packed,
             map_x, map_y,
         )  # fmt: skip
         light = cv2.remap(luma, map_x, map_y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-        grey[rows] = reduced(light.astype(np.uint8, copy=False), samples)
-        low = -0.5 + 0.5 / part
-        within = (map_x >= low) & (map_y >= low) & (map_x <= edge[0]) & (map_y <= edge[1])
-        if white is not None:
-            map_x, map_y = part * (map_x + 0.5) - 0.5, part * (map_y + 0.5) - 0.5
-            within &= cv2.remap(white, map_x, map_y, cv2.INTER_NEAREST) > 0
-        inside[rows] = reduced(within.astype(np.uint8) * 255, samples) == 255
+        grey[rows] = block_means(light.astype(np.uint8, copy=False), samples)
+        low = -0.5 + 0.5 / factor
+        within = (map_x >= low) & (map_y >= low) & (map_x <= high[0]) & (map_y <= high[1])
+        if mask_levels is not None:
+            map_x, map_y = factor * (map_x + 0.5) - 0.5, factor * (map_y + 0.5) - 0.5
+            within &= cv2.remap(mask_levels, map_x, map_y, cv2.INTER_NEAREST) > 0
+        inside[rows] = block_means(within.astype(np.uint8) * 255, samples) == 255
     return grey, inside
 
 
 def _aligned(seen: Footprint) -> Footprint:
-    """Grown so that corner and sides can be halved without a rest."""
+    """The footprint, enlarged so that corner and sides can be halved without remainder."""
     height, width = seen.mask.shape
-    left, top = seen.x0 % _ALIGNED, seen.y0 % _ALIGNED
-    grow = ((top, -(height + top) % _ALIGNED), (left, -(width + left) % _ALIGNED))
+    left, top = seen.x0 % _ALIGNMENT_PX, seen.y0 % _ALIGNMENT_PX
+    grow = ((top, -(height + top) % _ALIGNMENT_PX), (left, -(width + left) % _ALIGNMENT_PX))
     return replace(
         seen,
         x0=seen.x0 - left,
@@ -142,7 +144,7 @@ def _aligned(seen: Footprint) -> Footprint:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _places_in_photo(
+def _sample_positions(
     first_x: int,
     first_y: int,
     step: float,
@@ -151,7 +153,7 @@ def _places_in_photo(
     map_x: np.ndarray,
     map_y: np.ndarray,
 ):
-    """Where in the photo the samples of a crop lie, `step` pixels apart, counted from a corner.
+    """Compute where in the photo the samples of a crop lie, `step` pixels apart from a corner on.
 
     straight, lens   the pinhole and the photo's own lens, packed, of one size
     """
@@ -166,8 +168,8 @@ def _places_in_photo(
             map_y[row, column] = lens[1] * yd + lens[3]
 
 
-def reduced(grey: GreyImage, factor: int) -> UInt8[np.ndarray, "rows columns"]:
-    """Means of factor x factor blocks: pixel centres are kept, see geometry.camera."""
+def block_means(grey: GreyImage, factor: int) -> UInt8[np.ndarray, "rows columns"]:
+    """Means of factor x factor blocks; pixel centres keep their place."""
     if factor == 1:
         return grey
     height, width = grey.shape
@@ -175,13 +177,13 @@ def reduced(grey: GreyImage, factor: int) -> UInt8[np.ndarray, "rows columns"]:
     return cv2.resize(grey, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
 
 
-_MARGIN = 6
+_BORDER_PLACES = 6
 """Places nearer to a crop's border have no whole window, or no far neighbour."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Level:
-    """A crop and its sources at one scale.
+class StereoProblem:
+    """A crop and its sources at one pyramid level, as the kernels take them.
 
     Pixel (x, y) at inverse depth w lies in source s at the homogeneous a[s] (x, y, 1) + b[s] w.
     """
@@ -212,8 +214,8 @@ class Level:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Halved:
-    """All crops, halved as often, as they are looked into from one another."""
+class PyramidLevel:
+    """All crops at one pyramid level, packed for sampling."""
 
     crops: Sequence[Crop]
     halvings: int
@@ -224,66 +226,67 @@ class Halved:
     """Where each begins."""
 
 
-def halved(crops: Sequence[Crop], halvings: int) -> Halved:
-    greys = tuple(reduced(crop.grey, 1 << halvings) for crop in crops)
+def pyramid_level(crops: Sequence[Crop], halvings: int) -> PyramidLevel:
+    """The crops, each halved `halvings` times."""
+    greys = tuple(block_means(crop.grey, 1 << halvings) for crop in crops)
     ends = np.cumsum([0, *(grey.size for grey in greys)])
     words = np.empty(int(ends[-1]), np.uint32)
     for k, grey in enumerate(greys):
-        words[ends[k] : ends[k + 1]] = packed(grey)
-    return Halved(
+        words[ends[k] : ends[k + 1]] = pack_neighbourhoods(grey)
+    return PyramidLevel(
         crops=crops, halvings=halvings, greys=greys, words=words, starts=ends[:-1].astype(np.int64)
     )
 
 
-def level_of(pictures: Halved, own: int, sources: Sequence[int], wanted: Mask, step: int) -> Level:
+def stereo_problem(
+    level: PyramidLevel, reference_idx: int, sources: Sequence[int], wanted: Mask, step: int
+) -> StereoProblem:
     """A crop and its sources, with a place at every step-th pixel.
 
     Args:
-        own: Which of the crops; the sources are numbered likewise.
+        reference_idx: Which of the crops; the sources are numbered likewise.
         wanted: Pixels of the crop itself that are sought.
     """
-    halvings = pictures.halvings
-    crop, grey = pictures.crops[own], pictures.greys[own]
-    homographies = [_homography(crop, pictures.crops[k], halvings) for k in sources]
+    halvings = level.halvings
+    crop, grey = level.crops[reference_idx], level.greys[reference_idx]
+    homographies = [_homography(crop, level.crops[k], halvings) for k in sources]
     a = np.array([rotation for rotation, _ in homographies])
     b = np.array([translation for _, translation in homographies])
-    return Level(
+    return StereoProblem(
         grey=grey.ravel(),
         width=grey.shape[1],
         step=step,
-        wanted=_wanted(wanted, step << halvings),
-        words=pictures.words,
-        table=np.array(
-            [(pictures.starts[k], *pictures.greys[k].shape[::-1]) for k in sources], np.int64
-        ),
+        wanted=_wanted_places(wanted, step << halvings),
+        words=level.words,
+        table=np.array([(level.starts[k], *level.greys[k].shape[::-1]) for k in sources], np.int64),
         a=a.reshape(-1, 9).astype(np.float32),
         b=b.astype(np.float32),
         focal_px=crop.view.camera.fx / (1 << halvings),
-        w_per_px=_w_per_px(a, b, crop, grey.shape),
+        w_per_px=_inverse_depth_per_px(a, b, crop, grey.shape),
     )
 
 
-def finer(
-    state: Float32[np.ndarray, "3 n"],
-    coarse: tuple[int, int],
+def upsample_planes(
+    planes: Float32[np.ndarray, "3 n"],
+    coarse_shape: tuple[int, int],
     step: int,
     wanted: Mask,
     to_step: int,
 ) -> Float32[np.ndarray, "3 m"]:
-    """Planes of the next level: each place takes the nearest coarse plane, continued to itself.
+    """Planes of the next finer level: each place continues the nearest coarse plane to itself.
 
     Places that are not wanted, or whose coarse place was not, get no plane (zeros).
 
     Args:
-        coarse: Rows and columns of coarse places, `step` coarse pixels apart.
+        coarse_shape: Rows and columns of coarse places, `step` coarse pixels apart.
         to_step: Pixels from one place of the next level to the next one.
     """
     rows, columns = (np.arange(count) for count in wanted.shape)
-    near_row, near_column = (to_step * k // (2 * step) for k in (rows, columns))
-    fine = state.reshape(3, *coarse)[:, near_row[:, None], near_column]
+    coarse_row, coarse_column = (to_step * k // (2 * step) for k in (rows, columns))
+    fine = planes.reshape(3, *coarse_shape)[:, coarse_row[:, None], coarse_column]
     # A pixel's centre lies at half its number less a quarter, in coarse pixels.
-    right = (to_step * columns / 2 - 0.25 - step * near_column).astype(np.float32)
-    down = (to_step * rows / 2 - 0.25 - step * near_row).astype(np.float32)
+    right = (to_step * columns / 2 - 0.25 - step * coarse_column).astype(np.float32)
+    down = (to_step * rows / 2 - 0.25 - step * coarse_row).astype(np.float32)
     fine[0] += fine[1] * right + fine[2] * down[:, None]
     fine[1:] *= np.float32(0.5)
     return np.ascontiguousarray((fine * wanted).reshape(3, -1))
@@ -292,19 +295,20 @@ def finer(
 def _homography(
     crop: Crop, source: Crop, halvings: int
 ) -> tuple[Float64[np.ndarray, "3 3"], Float64[np.ndarray, "3"]]:
+    """Plane-induced homography into a source: A + b m^T for the plane w = m (x, y, 1)."""
     own, other = crop.matrix_at(halvings), source.matrix_at(halvings)
     source_from_crop = source.view.camera_from_world @ crop.view.camera_from_world.inverse
     rotation = other @ source_from_crop.rotation @ np.linalg.inv(own)
     return rotation, other @ source_from_crop.translation
 
 
-def _w_per_px(
+def _inverse_depth_per_px(
     a: Float64[np.ndarray, "s 3 3"],
     b: Float64[np.ndarray, "s 3"],
     crop: Crop,
     shape: tuple[int, int],
 ) -> float:
-    """From the movement, in each source, of the crop's central pixel at the middle depth."""
+    """Change of inverse depth that moves the crop's central pixel by one pixel in the sources."""
     w = 2 / (crop.near_mm + crop.far_mm)
     centre = np.array([shape[1] / 2, shape[0] / 2, 1.0])
     u, v, depth = (a @ centre + b * w).T
@@ -312,10 +316,10 @@ def _w_per_px(
     return float(1 / np.median(speed))
 
 
-def _wanted(wanted: Mask, side: int) -> Bool[np.ndarray, "rows columns"]:
-    """Places, each of side x side pixels of the crop, of which a pixel is wanted."""
+def _wanted_places(wanted: Mask, side: int) -> Bool[np.ndarray, "rows columns"]:
+    """Places, each of side x side pixels of the crop, that hold a wanted pixel."""
     height, width = wanted.shape
     places = wanted.reshape(height // side, side, width // side, side).any(axis=(1, 3))
     inner = np.zeros_like(places)
-    inner[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN] = True
+    inner[_BORDER_PLACES:-_BORDER_PLACES, _BORDER_PLACES:-_BORDER_PLACES] = True
     return places & inner

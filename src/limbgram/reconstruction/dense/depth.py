@@ -29,6 +29,6 @@ class DepthMap:
     confidence: Float32[np.ndarray, "h w"]
     """0 to 1: mean correlation over the agreeing photos."""
     window_px2: float = 0.0
-    """Mean squared reach, in one direction, of the flat windows that were correlated, in pixels of
-    `camera`. On a surface of mean curvature H, their depth is too large by about H times this (in
-    mm^2)."""
+    """Mean squared distance of a correlation window's samples from its centre, in one direction, in
+    pixels of `camera`. On a surface of mean curvature H, the depth is too large by about H times
+    this (in mm^2)."""

@@ -4,7 +4,8 @@ In      depth maps, and the photos for colour.
 Out     a Cloud.
 Method  All measured points together; evenly spaced ones among them become the cloud and move to
         the curved surface that all photos' points round them agree on. Points that too few photos
-        confirm, points that more photos see through, and crumbs away from the surface are left out.
+        confirm, points that more photos see through, and small pieces away from the surface are
+        left out.
         Neighbours: points are sorted by the cube they lie in; a hash table gives where each cube's
         points start.
         The curved surface: round each point a quadric, height over the tangent plane = c0 + c1 u +
@@ -18,6 +19,7 @@ Fails   DenseError: too few points agree.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -38,26 +40,31 @@ from limbgram.reconstruction.photos.decoding import halvings_to, in_flight_mb, l
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 
-_MULTIPLIER = 0x9E3779B1
+_HASH_MULTIPLIER = 0x9E3779B1
 _AXIS_BITS = 21
 """Cubes along each axis are counted with this many bits."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Grid:
-    """Points in the order of their cubes."""
+class CubeTable(NamedTuple):
+    """Hash table of the cubes that hold points, as the kernels take it."""
 
-    order: Int64[np.ndarray, " n"]
-    """Index of each sorted point in the original order."""
     low_mm: Float64[np.ndarray, "3"]
     cell_mm: float
     keys: Int64[np.ndarray, " slots"]
-    """Hash table: key of a cube, -1 for an empty slot."""
+    """Key of a cube, -1 for an empty slot."""
     spans: Int64[np.ndarray, "slots 2"]
     """First sorted point of the cube and one past the last."""
 
 
-def grid_of(points_mm: Float32[np.ndarray, "n 3"], cell_mm: float) -> Grid:
+class HashGrid(NamedTuple):
+    """Points in the order of their cubes."""
+
+    order: Int64[np.ndarray, " n"]
+    """Index of each sorted point in the original order."""
+    cubes: CubeTable
+
+
+def hash_grid(points_mm: Float32[np.ndarray, "n 3"], cell_mm: float) -> HashGrid:
     """Sort points into cubes of `cell_mm`."""
     low = points_mm.min(0).astype(float) - cell_mm
     cells = np.floor((points_mm - low) / cell_mm).astype(np.int64)
@@ -69,13 +76,14 @@ def grid_of(points_mm: Float32[np.ndarray, "n 3"], cell_mm: float) -> Grid:
     slots = 1 << int(np.ceil(np.log2(2 * len(first) + 1)))
     keys = np.full(slots, -1, np.int64)
     spans = np.zeros((slots, 2), np.int64)
-    _fill(ordered[first], first, count, keys, spans)
-    return Grid(order=order, low_mm=low, cell_mm=cell_mm, keys=keys, spans=spans)
+    _fill_table(ordered[first], first, count, keys, spans)
+    return HashGrid(order, CubeTable(low, cell_mm, keys, spans))
 
 
 @njit(inline="always")
-def span_of(keys: np.ndarray, spans: np.ndarray, i: int, j: int, k: int):
+def points_in_cube(cubes: CubeTable, i: int, j: int, k: int):
     """Sorted points of cube (i, j, k): first and one past the last."""
+    keys, spans = cubes.keys, cubes.spans
     key = (i << 2 * _AXIS_BITS) | (j << _AXIS_BITS) | k
     slot = _slot_of(key, len(keys))
     while keys[slot] != key and keys[slot] >= 0:
@@ -87,14 +95,16 @@ def span_of(keys: np.ndarray, spans: np.ndarray, i: int, j: int, k: int):
 
 @njit(inline="always")
 def _slot_of(key: int, slots: int):
-    mixed = (key ^ (key >> 29)) * _MULTIPLIER
+    """Slot of the hash table at which the search for a key begins."""
+    mixed = (key ^ (key >> 29)) * _HASH_MULTIPLIER
     return (mixed ^ (mixed >> 17)) & (slots - 1)
 
 
 @njit(cache=True, nogil=True)
-def _fill(
+def _fill_table(
     unique: np.ndarray, first: np.ndarray, count: np.ndarray, keys: np.ndarray, spans: np.ndarray
 ):
+    """Enter each cube's key and span, by linear probing."""
     for k in range(len(unique)):
         slot = _slot_of(unique[k], len(keys))
         while keys[slot] >= 0:
@@ -105,17 +115,13 @@ def _fill(
 
 
 @njit(cache=True, nogil=True)
-def thin(
-    points: np.ndarray,
-    order: np.ndarray,
-    low: np.ndarray,
-    cell: float,
-    keys: np.ndarray,
-    spans: np.ndarray,
-    spacing: float,
-):
-    """Poisson-disk thinning: of `points` (in the grid's order), visited in `order`, those that are
-    kept lie at least `spacing` (at most one cell) apart, and no dropped one has room for itself."""
+def poisson_disk_thinned(points: np.ndarray, order: np.ndarray, cubes: CubeTable, spacing: float):
+    """Which points Poisson-disk thinning keeps, if they are visited in `order`.
+
+    Points come in the grid's order. Those kept lie at least `spacing` (at most one cube) apart,
+    and every other one lies nearer than that to one that is kept.
+    """
+    low, cell = cubes.low_mm, cubes.cell_mm
     blocked = np.zeros(len(points), np.bool_)
     kept = np.zeros(len(points), np.bool_)
     for p in order:
@@ -128,7 +134,7 @@ def thin(
         for di in range(-1, 2):
             for dj in range(-1, 2):
                 for dk in range(-1, 2):
-                    first, last = span_of(keys, spans, i + di, j + dj, k + dk)
+                    first, last = points_in_cube(cubes, i + di, j + dj, k + dk)
                     for q in range(first, last):
                         x = points[q, 0] - points[p, 0]
                         y = points[q, 1] - points[p, 1]
@@ -138,17 +144,18 @@ def thin(
     return kept
 
 
-_BEHIND = 4.0
-"""Something this many tolerances behind a point is another surface."""
+_SEEN_THROUGH_TOLERANCES = 4.0
+"""A surface this many tolerances behind a point is another one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PointVisibility:
-    """By point: photos whose depth map has it, and its mean colour in them."""
+    """By point: how many photos see it, how many see through it, and its mean colour."""
 
     views: UInt16[np.ndarray, " n"]
+    """Photos whose depth map has the point."""
     through: UInt16[np.ndarray, " n"]
-    """Photos that saw something behind the point: it would have hidden that."""
+    """Photos whose depth map has a surface behind the point, which the point would hide."""
     colours: UInt8[np.ndarray, "n 3"]
 
 
@@ -160,12 +167,14 @@ def point_visibility(
     normals: Float32[np.ndarray, "n 3"],
     agree_mm: float,
 ) -> PointVisibility:
-    """Look for each point in each depth map; where it is, the photo's colour counts by cosine^2."""
+    """Compare each point with each depth map; colours are averaged with weight cosine^2."""
 
-    def one(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        seen, cosine, through = _seen(depth_map, points_mm, normals, agree_mm)
+    def visible_in(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        seen, cosine, through = _visible_points(depth_map, points_mm, normals, agree_mm)
         view = metric.scene.view(depth_map.photo_idx)
-        colours = _colours(photos.photos[depth_map.photo_idx], view, halvings, points_mm[seen])
+        colours = _sampled_colours(
+            photos.photos[depth_map.photo_idx], view, halvings, points_mm[seen]
+        )
         return seen, cosine**2, colours, through
 
     halvings = min(
@@ -179,7 +188,7 @@ def point_visibility(
     views, through = np.zeros((2, len(points_mm)), np.uint16)
     weights = np.full(len(points_mm), 1e-9)
     sums = np.zeros((len(points_mm), 3))
-    for seen, weight, colours, behind in in_parallel(one, depth_maps, each_mb=each_mb):
+    for seen, weight, colours, behind in in_parallel(visible_in, depth_maps, each_mb=each_mb):
         views[seen] += 1
         through[behind] += 1
         weights[seen] += weight
@@ -188,13 +197,13 @@ def point_visibility(
     return PointVisibility(views=views, through=through, colours=colours)
 
 
-def _seen(
+def _visible_points(
     depth_map: DepthMap,
     points_mm: Float32[np.ndarray, "n 3"],
     normals: Float32[np.ndarray, "n 3"],
     agree_mm: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points that the map has, the cosines of their incidence, and points it saw behind of."""
+    """Points on the map's surface, the cosines of their incidence, and points it sees through."""
     pose, camera = depth_map.camera_from_world, depth_map.camera
     in_camera = pose.apply(points_mm.astype(float))
     rays = in_camera / np.linalg.norm(in_camera, axis=1, keepdims=True)
@@ -207,10 +216,10 @@ def _seen(
     tolerance_mm = agree_mm + in_camera[within, 2] / camera.fx
     facing = cosine[within]
     seen = within[(facing > 0.1) & (np.abs(behind_mm) * facing < tolerance_mm)]
-    return seen, cosine[seen], within[behind_mm > _BEHIND * tolerance_mm]
+    return seen, cosine[seen], within[behind_mm > _SEEN_THROUGH_TOLERANCES * tolerance_mm]
 
 
-def _colours(
+def _sampled_colours(
     photo: Photo, view: View, halvings: int, points_mm: np.ndarray
 ) -> Float32[np.ndarray, "n 3"]:
     """Colours of the points in a photo that is reduced, but no further than its depth map is."""
@@ -225,86 +234,96 @@ def _colours(
     return sampled.reshape(-1, 3)[: len(xy)].astype(np.float32)
 
 
+class MeasuredPoints(NamedTuple):
+    """Oriented points of one depth map or of all together."""
+
+    points_mm: Float32[np.ndarray, "n 3"]
+    normals: Float32[np.ndarray, "n 3"]
+    weights: Float32[np.ndarray, " n"]
+    windows_mm2: Float32[np.ndarray, " n"]
+    """Mean squared reach of the correlation windows on the surface."""
+
+
 _UNKNOWNS = 6
 _LEAST_NEIGHBOURS = 8
-_BEND_PRIOR = 0.001
-"""Weight of the wish for a plane, as a fraction of the neighbours' weight: it decides only where
-the neighbours lie on a line or to one side."""
-_ROUNDS = 3
-_STILL, _STILL_SLOPE = 0.3, 0.05
-"""A point that moved by less than this share of the noise, and turned by less than this, stays."""
-_FACING = 0.5
-"""Neighbours whose normals turn away by more than 60 degrees belong to another side."""
+_REGULARISATION = 0.001
+"""Tikhonov weight of slopes and curvatures, as a fraction of the neighbours' weight: it matters
+only where the neighbours lie on a line or to one side."""
+_MAX_ITERATIONS = 3
+_CONVERGED_SHIFT, _CONVERGED_SLOPE = 0.3, 0.05
+"""The iteration ends at a shift below this share of the noise and slopes below this."""
+_LEAST_NORMAL_COSINE = 0.5
+"""Neighbours whose normals differ by more than 60 degrees belong to another side."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_to_surface(
-    points: np.ndarray,
-    normals: np.ndarray,
-    weights: np.ndarray,
-    windows: np.ndarray,
-    low: np.ndarray,
-    cell: float,
-    keys: np.ndarray,
-    spans: np.ndarray,
+    measured: MeasuredPoints,
+    cubes: CubeTable,
     radius: float,
     noise: float,
     seeds: np.ndarray,
-    moved: np.ndarray,
-    turned: np.ndarray,
+    projected: np.ndarray,
+    projected_normals: np.ndarray,
 ):
-    """Move seeds[k] to the surface of their neighbours, into moved[k] and turned[k].
+    """Project seeds by moving least squares, into `projected` and `projected_normals`.
 
-    points, normals, weights   all measured points, in the grid's order (cell >= radius)
-    windows   (n,) mean squared reach of the correlation windows on the surface, mm^2
+    measured  all measured points, in the order of the grid (cubes no smaller than the radius)
     noise     residuals of this size lose half of their weight, mm
     Returns for each seed its neighbours' total weight, 0 where there are too few for a surface.
     """
     support = np.zeros(len(seeds), np.float32)
     system = np.empty((_UNKNOWNS, _UNKNOWNS + 1))
-    axes = np.empty((3, 3))
     coefficients = np.zeros(_UNKNOWNS)
+    position, axes = np.empty(3), np.empty((3, 3))
     for s in range(len(seeds)):
-        p = seeds[s]
-        x, y, z = np.float64(points[p, 0]), np.float64(points[p, 1]), np.float64(points[p, 2])
-        axes[2, 0], axes[2, 1], axes[2, 2] = normals[p, 0], normals[p, 1], normals[p, 2]
-        sunk = 0.0
-        solved = False
-        for _ in range(_ROUNDS):
-            _tangents(axes)
-            coefficients[:] = 0.0
-            total, count, sunk_window = _gather(
-                points, normals, weights, windows, low, cell, keys, spans, radius, noise,
-                x, y, z, axes, system,
-            )  # fmt: skip
-            solved = count >= _LEAST_NEIGHBOURS and _solve(system, total, radius, coefficients)
-            if not solved or abs(coefficients[0]) > radius:
-                solved = False
-                break
-            support[s] = total
-            step, along_u, along_v = coefficients[0], coefficients[1], coefficients[2]
-            x += step * axes[2, 0]
-            y += step * axes[2, 1]
-            z += step * axes[2, 2]
-            length = math.sqrt(1 + along_u**2 + along_v**2)
-            for i in range(3):
-                axes[2, i] = (axes[2, i] - along_u * axes[0, i] - along_v * axes[1, i]) / length
-            sunk = -0.5 * (coefficients[3] + coefficients[5]) * sunk_window
-            if abs(step) < _STILL * noise and along_u**2 + along_v**2 < _STILL_SLOPE**2:
-                break
-        if not solved:
-            support[s] = 0.0
-            continue
-        moved[s, 0] = x + sunk * axes[2, 0]
-        moved[s, 1] = y + sunk * axes[2, 1]
-        moved[s, 2] = z + sunk * axes[2, 2]
-        turned[s, 0], turned[s, 1], turned[s, 2] = axes[2, 0], axes[2, 1], axes[2, 2]
+        position[:] = measured.points_mm[seeds[s]]
+        axes[2] = measured.normals[seeds[s]]
+        support[s] = _project_seed(
+            measured, cubes, radius, noise, position, axes, system, coefficients
+        )
+        if support[s] > 0.0:
+            projected[s], projected_normals[s] = position, axes[2]
     return support
 
 
 @njit(cache=True, error_model="numpy")
-def _tangents(axes: np.ndarray):
-    """Two unit vectors across axes[2], which is made unit too."""
+def _project_seed(
+    measured: MeasuredPoints, cubes: CubeTable, radius: float, noise: float,
+    position: np.ndarray, axes: np.ndarray, system: np.ndarray, coefficients: np.ndarray,
+):  # fmt: skip
+    """Move a position, and its normal axes[2], to the surface of its neighbours.
+
+    Returns the neighbours' total weight, 0 where there are too few for a surface.
+    """
+    total, depth_bias = 0.0, 0.0
+    for _ in range(_MAX_ITERATIONS):
+        _complete_axes(axes)
+        coefficients[:] = 0.0
+        total, count, window_mm2 = _accumulate_quadric(
+            measured, cubes, radius, noise, position, axes, system
+        )
+        if count < _LEAST_NEIGHBOURS or not _solve_quadric(system, total, radius, coefficients):
+            return 0.0
+        shift, slope_u, slope_v = coefficients[0], coefficients[1], coefficients[2]
+        if abs(shift) > radius:
+            return 0.0
+        length = math.sqrt(1 + slope_u**2 + slope_v**2)
+        for i in range(3):
+            position[i] += shift * axes[2, i]
+        for i in range(3):
+            axes[2, i] = (axes[2, i] - slope_u * axes[0, i] - slope_v * axes[1, i]) / length
+        depth_bias = -0.5 * (coefficients[3] + coefficients[5]) * window_mm2
+        if abs(shift) < _CONVERGED_SHIFT * noise and slope_u**2 + slope_v**2 < _CONVERGED_SLOPE**2:
+            break
+    for i in range(3):
+        position[i] += depth_bias * axes[2, i]
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def _complete_axes(axes: np.ndarray):
+    """Normalise axes[2], and set axes[0] and axes[1] to unit vectors across it."""
     n = axes[2]
     n /= math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
     if abs(n[0]) > 0.7:
@@ -319,38 +338,40 @@ def _tangents(axes: np.ndarray):
 
 
 @njit(cache=True, error_model="numpy")
-def _gather(
-    points: np.ndarray, normals: np.ndarray, weights: np.ndarray, windows: np.ndarray,
-    low: np.ndarray, cell: float, keys: np.ndarray, spans: np.ndarray, radius: float, noise: float,
-    x: float, y: float, z: float, axes: np.ndarray, system: np.ndarray,
+def _accumulate_quadric(
+    measured: MeasuredPoints, cubes: CubeTable, radius: float, noise: float,
+    position: np.ndarray, axes: np.ndarray, system: np.ndarray,
 ):  # fmt: skip
-    """Normal equations (upper triangle and right side) of the neighbours of (x, y, z).
+    """Set up the normal equations of the quadric round a position (upper triangle, right side).
 
-    Returns their weight, their number, and their mean window.
+    Returns the neighbours' total weight, their number, and the weighted mean of their windows.
     """
+    points, normals, weights, windows = measured
+    low, cell = cubes.low_mm, cubes.cell_mm
     system[:] = 0.0
     row = np.empty(_UNKNOWNS)
+    x, y, z = position[0], position[1], position[2]
     total, window, count = 0.0, 0.0, 0
     i, j, k = int((x - low[0]) / cell), int((y - low[1]) / cell), int((z - low[2]) / cell)
     for neighbour in range(27):
-        first, last = span_of(
-            keys, spans, i + neighbour // 9 - 1, j + neighbour // 3 % 3 - 1, k + neighbour % 3 - 1
+        first, last = points_in_cube(
+            cubes, i + neighbour // 9 - 1, j + neighbour // 3 % 3 - 1, k + neighbour % 3 - 1
         )
         for q in range(first, last):
             dx, dy, dz = points[q, 0] - x, points[q, 1] - y, points[q, 2] - z
             near = 1 - (dx * dx + dy * dy + dz * dz) / (radius * radius)
             if near <= 0:
                 continue
-            alike = (
+            cosine = (
                 normals[q, 0] * axes[2, 0] + normals[q, 1] * axes[2, 1] + normals[q, 2] * axes[2, 2]
             )
-            if alike < _FACING:
+            if cosine < _LEAST_NORMAL_COSINE:
                 continue
             u = dx * axes[0, 0] + dy * axes[0, 1] + dz * axes[0, 2]
             v = dx * axes[1, 0] + dy * axes[1, 1] + dz * axes[1, 2]
             h = dx * axes[2, 0] + dy * axes[2, 1] + dz * axes[2, 2]
-            off = h / (noise + 0.15 * (abs(u) + abs(v)))
-            weight = weights[q] * near * near * alike / (1 + off * off)
+            relative_residual = h / (noise + 0.15 * (abs(u) + abs(v)))
+            weight = weights[q] * near * near * cosine / (1 + relative_residual * relative_residual)
             row[0], row[1], row[2] = 1.0, u, v
             row[3], row[4], row[5] = 0.5 * u * u, u * v, 0.5 * v * v
             for a in range(_UNKNOWNS):
@@ -365,11 +386,11 @@ def _gather(
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(system: np.ndarray, total: float, radius: float, coefficients: np.ndarray):
-    """Solve the normal equations, slopes and bends held a little; False if they have none."""
+def _solve_quadric(system: np.ndarray, total: float, radius: float, coefficients: np.ndarray):
+    """Solve the regularised normal equations; False if they have no solution."""
     for a in range(1, _UNKNOWNS):
         reach = radius if a < 3 else 0.5 * radius * radius
-        system[a, a] += _BEND_PRIOR * total * reach * reach * (0.01 if a < 3 else 1.0)
+        system[a, a] += _REGULARISATION * total * reach * reach * (0.01 if a < 3 else 1.0)
     return solve_positive(system, 1e-12 * total, coefficients)
 
 
@@ -389,7 +410,7 @@ class FusionOptions:
     """How dense and how smooth the cloud is."""
 
     least_share: float = 0.01
-    """Pieces with less than this share of the points are crumbs."""
+    """Connected pieces with less than this share of the points are left out."""
     seed: int = 1
     """Decides which of the measured points are kept."""
 
@@ -402,24 +423,6 @@ _NOISE_PX = 0.2
 """Distance from the surface, in pixels, at which a measured point's weight halves."""
 _PIECE_REACH = 3.0
 """Points within this many spacings belong to one piece."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Measured:
-    """Points of all depth maps together."""
-
-    points_mm: Float32[np.ndarray, "n 3"]
-    normals: Float32[np.ndarray, "n 3"]
-    weights: Float32[np.ndarray, " n"]
-    windows_mm2: Float32[np.ndarray, " n"]
-
-    def sorted_by(self, grid: Grid) -> "Measured":
-        return Measured(
-            points_mm=self.points_mm[grid.order],
-            normals=self.normals[grid.order],
-            weights=self.weights[grid.order],
-            windows_mm2=self.windows_mm2[grid.order],
-        )
 
 
 def fuse(
@@ -437,16 +440,11 @@ def fuse(
     pixel_mm = _pixel_mm(depth_maps)
     spacing_mm = _SPACING_PX * pixel_mm
     stride = max(1, round(0.5 * spacing_mm / pixel_mm))
-    parts = in_parallel(lambda depth_map: _measured(depth_map, stride), depth_maps)
-    measured = Measured(
-        points_mm=np.concatenate([part.points_mm for part in parts]),
-        normals=np.concatenate([part.normals for part in parts]),
-        weights=np.concatenate([part.weights for part in parts]),
-        windows_mm2=np.concatenate([part.windows_mm2 for part in parts]),
-    )
+    parts = in_parallel(lambda depth_map: _measured_points(depth_map, stride), depth_maps)
+    measured = MeasuredPoints(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
     if len(measured.points_mm) < _LEAST_POINTS:
         raise _too_few(len(measured.points_mm))
-    points, normals = _surface(measured, spacing_mm, _NOISE_PX * pixel_mm, options)
+    points, normals = _surface_points(measured, spacing_mm, _NOISE_PX * pixel_mm, options)
     inside = region.contains(points.astype(float))
     points, normals = points[inside], normals[inside]
     visibility = point_visibility(photos, metric, depth_maps, points, normals, spacing_mm / 2)
@@ -476,7 +474,7 @@ def _pixel_mm(depth_maps: Sequence[DepthMap]) -> float:
     return float(np.median(sizes))
 
 
-def _measured(depth_map: DepthMap, stride: int) -> Measured:
+def _measured_points(depth_map: DepthMap, stride: int) -> MeasuredPoints:
     """Every stride-th pixel of every stride-th row as an oriented point in the world."""
     depth_mm = depth_map.depth_mm[::stride, ::stride].astype(float)
     measured = np.isfinite(depth_mm)
@@ -492,7 +490,7 @@ def _measured(depth_map: DepthMap, stride: int) -> Measured:
     cosine = np.clip(cosine, 0.05, 1)
     confidence = depth_map.confidence[rows, columns]
     pixel_mm = depth_mm / camera.fx
-    return Measured(
+    return MeasuredPoints(
         points_mm=world_from_camera.apply(in_camera).astype(np.float32),
         normals=(normals @ world_from_camera.rotation.T).astype(np.float32),
         weights=(confidence**2 * cosine**2).astype(np.float32),
@@ -500,34 +498,34 @@ def _measured(depth_map: DepthMap, stride: int) -> Measured:
     )
 
 
-def _surface(
-    measured: Measured, spacing_mm: float, noise_mm: float, options: FusionOptions
+def _surface_points(
+    measured: MeasuredPoints, spacing_mm: float, noise_mm: float, options: FusionOptions
 ) -> tuple[Float32[np.ndarray, "n 3"], Float32[np.ndarray, "n 3"]]:
     """Evenly spaced points and their normals on the surface of the measured ones."""
     radius_mm = _SMOOTHING * spacing_mm
-    grid = grid_of(measured.points_mm, radius_mm)
-    measured = measured.sorted_by(grid)
-    lookup = (grid.low_mm, grid.cell_mm, grid.keys, grid.spans)
-    visits = np.random.default_rng(options.seed).permutation(len(measured.points_mm))
-    seeds = np.flatnonzero(thin(measured.points_mm, visits, *lookup, spacing_mm))
+    grid = hash_grid(measured.points_mm, radius_mm)
+    measured = MeasuredPoints(*(array[grid.order] for array in measured))
+    visiting_order = np.random.default_rng(options.seed).permutation(len(measured.points_mm))
+    seeds = np.flatnonzero(
+        poisson_disk_thinned(measured.points_mm, visiting_order, grid.cubes, spacing_mm)
+    )
 
-    def project(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        points, normals = np.zeros((2, len(share), 3), np.float32)
+    def project(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        points, normals = np.zeros((2, len(part), 3), np.float32)
         support = project_to_surface(
-            measured.points_mm, measured.normals, measured.weights, measured.windows_mm2,
-            *lookup, radius_mm, noise_mm, share, points, normals,
-        )  # fmt: skip
+            measured, grid.cubes, radius_mm, noise_mm, part, points, normals
+        )
         return points[support > 0], normals[support > 0]
 
-    shares = np.array_split(seeds, 4 * worker_count())
-    results = in_parallel(project, shares)
+    parts = np.array_split(seeds, 4 * worker_count())
+    results = in_parallel(project, parts)
     return np.concatenate([r[0] for r in results]), np.concatenate([r[1] for r in results])
 
 
 def _in_large_pieces(
     points_mm: Float32[np.ndarray, "n 3"], reach_mm: float, least_share: float
 ) -> np.ndarray:
-    """Whether each point belongs to a connected piece of some size."""
+    """Which points belong to a connected piece of at least `least_share` of all."""
     pairs = KDTree(points_mm).query_pairs(reach_mm, output_type="ndarray")
     ones = np.ones(len(pairs), np.int8)
     graph = sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), (len(points_mm),) * 2)

@@ -9,30 +9,32 @@ from jaxtyping import Float32, Float64, Int64
 from limbgram.core.geometry.arrays import Mask
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.dense import patchmatch
-from limbgram.reconstruction.dense.crops import HALVINGS, Crop, Halved, Level, finer, level_of
+from limbgram.reconstruction.dense.crops import (
+    HALVINGS,
+    Crop,
+    PyramidLevel,
+    StereoProblem,
+    stereo_problem,
+    upsample_planes,
+)
 from limbgram.reconstruction.dense.depth import DepthMap
-from limbgram.reconstruction.dense.patchmatch import distance_weights, grey_weights, window_px2
+from limbgram.reconstruction.dense.patchmatch import (
+    distance_weights,
+    grey_weights,
+    window_second_moment_px2,
+)
 from limbgram.reconstruction.dense.region import Region
 
 _SIGMA_GREY = 40.0
 """Grey difference from the window's centre at which a sample's weight falls to 0.6."""
-_SWEEPS = (5, 2, 2)
-"""Rounds of propagation at a quarter, a half and the whole of the crop's scale."""
+_SWEEPS_BY_LEVEL = (5, 2, 2)
+"""Sweeps at a quarter, a half and the whole of the crop's scale."""
 _LEAST_CORRELATION = 0.5
 """Places that correlate worse are not measured."""
 
 
 _MAX_INCIDENCE_DEG = 78.0
 """Places seen more slantingly are not measured."""
-AGREE_PX = 0.75
-"""How close to itself a point must return from another photo's depth map, in pixels of the
-reduced photo."""
-AGREE_DEG = 35.0
-"""How far the normals of two depth maps may differ."""
-LEAST_AGREEING = 2
-"""Other maps that must agree (fewer where there are fewer)."""
-LEAST_MEASURED = 0.05
-"""Refuse if less of the region's pixels than this fraction was measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,22 +54,22 @@ class DenseOptions:
 Planes = Float32[np.ndarray, "3 n"]
 """Inverse depth of each place (1/mm; 0 where there is none) and its change per pixel."""
 
-STEPS = (1, 2, 2)
+STEPS_BY_LEVEL = (1, 2, 2)
 """Pixels from one place to the next, by pyramid level."""
-_FIRST_STEP_PX = (8.0, 1.0, 0.5)
+_FIRST_DEPTH_STEP_PX = (8.0, 1.0, 0.5)
 """First random change of depth by pyramid level, as movement in the sources."""
-_FIRST_TILT = (0.6, 0.2, 0.1)
+_FIRST_TILT_STEP = (0.6, 0.2, 0.1)
 """First random change of the slopes by pyramid level."""
-_FALL = 0.45
+_STEP_DECAY = 0.45
 """Each sweep's random changes are this fraction of the last one's."""
-_POLISH_PX = 0.4
+_PARABOLA_STEP_PX = 0.4
 """Spacing of the correlations through which the sub-pixel parabola goes, as movement."""
-_LEAST_TRUST = 0.3
-"""Photos that correlate worse take no part in the sub-pixel polish."""
+_LEAST_REFINING_CORRELATION = 0.3
+"""Sources that correlate worse take no part in the sub-pixel refinement."""
 
 
 @dataclass(frozen=True)
-class Solution:
+class PlaneField:
     """The planes of one crop at one pyramid level."""
 
     crop: Crop
@@ -81,53 +83,59 @@ class Solution:
 
 
 def solve_coarse(
-    pictures: Halved, own: int, sources: Sequence[int], options: DenseOptions
-) -> Solution:
+    level: PyramidLevel, reference_idx: int, sources: Sequence[int], options: DenseOptions
+) -> PlaneField:
     """Planes at the coarsest level, found from nothing but the region's depths."""
-    crop = pictures.crops[own]
-    level = level_of(pictures, own, sources, crop.wanted, STEPS[0])
-    planes = np.zeros((3, level.wanted.size), np.float32)
-    places = np.concatenate(level.red_and_black)
-    patchmatch.start(places, _w_range(crop), level.focal_px, options.seed, planes)
-    score = _improve(level, 0, crop, planes, options)
-    return Solution(crop, pictures.halvings, level.step, level.wanted.shape, planes, score)
+    crop = level.crops[reference_idx]
+    problem = stereo_problem(level, reference_idx, sources, crop.wanted, STEPS_BY_LEVEL[0])
+    planes = np.zeros((3, problem.wanted.size), np.float32)
+    places = np.concatenate(problem.red_and_black)
+    patchmatch.initialise_planes(
+        places, _inverse_depth_range(crop), problem.focal_px, options.seed, planes
+    )
+    score = _optimise_planes(problem, 0, crop, planes, options)
+    return PlaneField(crop, level.halvings, problem.step, problem.wanted.shape, planes, score)
 
 
 def solve_fine(
-    finer_pictures: Sequence[Halved],
-    own: int,
+    finer_levels: Sequence[PyramidLevel],
+    reference_idx: int,
     sources: Sequence[int],
     wanted: Mask,
-    coarse: Solution,
+    coarse: PlaneField,
     options: DenseOptions,
-) -> Solution:
+) -> PlaneField:
     """Planes by the crop's own pixels, from those of the coarsest level.
 
     Args:
-        finer_pictures: At half and at whole scale.
+        finer_levels: At half and at whole scale.
         wanted: Pixels of the crop itself that are sought.
     """
-    solution = coarse
-    for depth, pictures in enumerate(finer_pictures, start=1):
-        level = level_of(pictures, own, sources, wanted, STEPS[depth])
-        planes = finer(solution.planes, solution.shape, solution.step, level.wanted, level.step)
-        score = _improve(level, depth, coarse.crop, planes, options)
-        solution = Solution(
-            coarse.crop, pictures.halvings, level.step, level.wanted.shape, planes, score
+    field = coarse
+    for level_idx, pyramid_level in enumerate(finer_levels, start=1):
+        problem = stereo_problem(
+            pyramid_level, reference_idx, sources, wanted, STEPS_BY_LEVEL[level_idx]
         )
-    return solution
+        planes = upsample_planes(
+            field.planes, field.shape, field.step, problem.wanted, problem.step
+        )
+        score = _optimise_planes(problem, level_idx, coarse.crop, planes, options)
+        field = PlaneField(
+            coarse.crop, pyramid_level.halvings, problem.step, problem.wanted.shape, planes, score
+        )
+    return field
 
 
-def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> DepthMap:
-    """What a solution says about the region, without what is plainly wrong."""
-    crop = solution.crop
-    shape, side = solution.shape, solution.step << solution.halvings
-    camera = at_places(crop.view.camera.scaled(0.5**solution.halvings), solution.step)
-    x0, y0 = crop.x0 // side, crop.y0 // side
-    good = (solution.score >= _LEAST_CORRELATION) & (solution.planes[0] > 0)
+def depth_map_of(field: PlaneField, region: Region, options: DenseOptions) -> DepthMap:
+    """The depth map of the planes that correlate, lie in the region and are not too slanted."""
+    crop = field.crop
+    shape, place_px = field.shape, field.step << field.halvings
+    camera = subsampled_camera(crop.view.camera.scaled(0.5**field.halvings), field.step)
+    x0, y0 = crop.x0 // place_px, crop.y0 // place_px
+    good = (field.score >= _LEAST_CORRELATION) & (field.planes[0] > 0)
     rows, columns = np.nonzero(good.reshape(shape))
-    w, gx, gy = solution.planes.reshape(3, *shape)[:, rows, columns].astype(float)
-    gx, gy = solution.step * gx, solution.step * gy
+    w, gx, gy = field.planes.reshape(3, *shape)[:, rows, columns].astype(float)
+    gx, gy = field.step * gx, field.step * gy
     y = (rows + y0 - camera.cy) / camera.fy
     x = (columns + x0 - camera.cx - camera.skew * y) / camera.fx
     normal_x, normal_y = gx * camera.fx, gy * camera.fy + gx * camera.skew
@@ -137,20 +145,20 @@ def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> D
     facing = -(normal * ray).sum(-1) / np.linalg.norm(ray, axis=-1)
     points = crop.view.camera_from_world.inverse.apply(ray / w[:, None])
     kept = (facing > np.cos(np.radians(_MAX_INCIDENCE_DEG))) & region.contains(points)
-    return _trimmed(
+    return _trimmed_map(
         crop.photo_idx, View(crop.view.name, camera, crop.view.camera_from_world),
         np.stack([rows[kept] + y0, columns[kept] + x0]),
-        1 / w[kept], normal[kept], solution.score.reshape(shape)[rows, columns][kept],
-        window_px2(distance_weights(options.sigma_px)) / solution.step**2,
+        1 / w[kept], normal[kept], field.score.reshape(shape)[rows, columns][kept],
+        window_second_moment_px2(distance_weights(options.sigma_px)) / field.step**2,
     )  # fmt: skip
 
 
-def at_places(camera: Camera, step: int) -> Camera:
+def subsampled_camera(camera: Camera, step: int) -> Camera:
     """The camera whose pixels are every step-th pixel of every step-th row, from the first on."""
     return replace(camera.scaled(1 / step), cx=camera.cx / step, cy=camera.cy / step)
 
 
-def _trimmed(
+def _trimmed_map(
     photo_idx: int,
     view: View,
     places: Int64[np.ndarray, "2 k"],
@@ -160,8 +168,8 @@ def _trimmed(
     window: float,
 ) -> DepthMap:
     """A map just large enough for its measured pixels, given by row and column of the photo."""
-    corner = places.min(1) if places.size else np.zeros(2, int)
-    rows, columns = places - corner[:, None]
+    first = places.min(1) if places.size else np.zeros(2, int)
+    rows, columns = places - first[:, None]
     shape = (int(rows.max()) + 1, int(columns.max()) + 1) if places.size else (0, 0)
     depth_mm = np.full(shape, np.nan, np.float32)
     normal_in_camera = np.zeros((*shape, 3), np.float32)
@@ -173,8 +181,8 @@ def _trimmed(
         photo_idx=photo_idx,
         camera=view.camera,
         camera_from_world=view.camera_from_world,
-        x0=int(corner[1]),
-        y0=int(corner[0]),
+        x0=int(first[1]),
+        y0=int(first[0]),
         depth_mm=depth_mm,
         normal_in_camera=normal_in_camera,
         confidence=confidence,
@@ -182,36 +190,45 @@ def _trimmed(
     )
 
 
-def _w_range(crop: Crop) -> Float64[np.ndarray, "2"]:
-    """Least and largest inverse depth of the region, 1/mm."""
+def _inverse_depth_range(crop: Crop) -> Float64[np.ndarray, "2"]:
+    """Least and largest inverse depth of the region in a crop, 1/mm."""
     return np.array([1 / crop.far_mm, 1 / crop.near_mm])
 
 
-def _improve(
-    level: Level, step: int, crop: Crop, planes: Planes, options: DenseOptions
+def _optimise_planes(
+    problem: StereoProblem, level_idx: int, crop: Crop, planes: Planes, options: DenseOptions
 ) -> Float32[np.ndarray, " n"]:
-    """Improve the planes of one level in place; returns their scores."""
-    picture = (
-        level.grey, level.width, level.step,
+    """Optimise the planes of one level in place; returns their scores."""
+    reference = (
+        problem.grey, problem.width, problem.step,
         grey_weights(_SIGMA_GREY), distance_weights(options.sigma_px),
     )  # fmt: skip
-    better_half = min(3, (len(level.table) + 1) // 2)
-    sources = (level.words, level.table, level.a, level.b, better_half)
-    red, black = level.red_and_black
-    both = np.concatenate([red, black])
-    w_range = _w_range(crop)
-    score = np.full(level.wanted.size, -2, np.float32)
-    patchmatch.rate(picture, sources, both, w_range, planes, score)
-    for turn in range(_SWEEPS[step]):
-        w_step = _FIRST_STEP_PX[step] * _FALL**turn * level.w_per_px
-        tilt_step = _FIRST_TILT[step] * _FALL**turn
-        seed = options.seed + 1000 * (step + 1) + turn
+    counted = min(3, (len(problem.table) + 1) // 2)
+    sources = (problem.words, problem.table, problem.a, problem.b, counted)
+    red, black = problem.red_and_black
+    places = np.concatenate([red, black])
+    w_range = _inverse_depth_range(crop)
+    score = np.full(problem.wanted.size, -2, np.float32)
+    patchmatch.score_planes(reference, sources, places, w_range, planes, score)
+    for sweep in range(_SWEEPS_BY_LEVEL[level_idx]):
+        depth_step = _FIRST_DEPTH_STEP_PX[level_idx] * _STEP_DECAY**sweep * problem.w_per_px
+        tilt_step = _FIRST_TILT_STEP[level_idx] * _STEP_DECAY**sweep
+        seed = options.seed + 1000 * (level_idx + 1) + sweep
+        search = patchmatch.RandomSearch(depth_step, tilt_step, seed)
         for colour in (red, black):
             patchmatch.sweep(
-                picture, sources, colour, w_range, level.focal_px, w_step, tilt_step, seed,
-                planes, score,
-            )  # fmt: skip
-    if step == HALVINGS:
-        w_step = _POLISH_PX * level.w_per_px
-        patchmatch.polish(picture, sources, both, w_range, w_step, _LEAST_TRUST, planes, score)
+                reference, sources, colour, w_range, problem.focal_px, search, planes, score
+            )
+    if level_idx == HALVINGS:
+        depth_step = _PARABOLA_STEP_PX * problem.w_per_px
+        patchmatch.refine_subpixel(
+            reference,
+            sources,
+            places,
+            w_range,
+            depth_step,
+            _LEAST_REFINING_CORRELATION,
+            planes,
+            score,
+        )
     return score

@@ -35,16 +35,17 @@ _NEIGHBOURS = 6
 _LINK_FACTOR = 3.0
 """Points are linked up to this many times their median distance to the sixth neighbour."""
 _ATTACH_FACTOR = 2.0
-"""Points this many links from the limb and from each other belong to it: thinly covered parts."""
-_COMPANY = 3
-"""Other thinly spread points that such a point needs round it."""
+"""Points within this many links of the limb and of each other are thinly covered
+parts of it."""
+_ATTACH_NEIGHBOURS = 3
+"""Other such points that each of them needs round it."""
 _WIDENINGS = (1.0, 2.0, 4.0)
 _LEAST_LINK = 0.04
 """Gaps narrower than this share of the reach part nothing, however densely points lie."""
 _MOST_LINK = 0.15
 """Longest link over a gap, in half frames."""
 _RIVAL_SHARE = 0.6
-"""A second object of this share of the first one's weight makes the choice a guess."""
+"""A second object of more than this share of the first one's weight makes the choice ambiguous."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class LimbPoints:
 
 
 def link_length(points: Points3) -> float:
-    """How far apart neighbours on one surface are, by the points' own spacing."""
+    """Distance up to which neighbours on one surface are linked, from the points' own spacing."""
     distances = KDTree(points).query(points, k=_NEIGHBOURS + 1)[0]
     return _LINK_FACTOR * float(np.median(distances[:, -1]))
 
@@ -66,16 +67,16 @@ def link_length(points: Points3) -> float:
 def limb_among(points: Points3, aim: Aim, least_points: int, gap_mm: float = 0.0) -> LimbPoints:
     """The points of the object that the cameras aim at; its pieces may lie `gap_mm` apart.
 
-    Where two parts of like weight lie apart, points are linked over wider gaps before the choice
-    is called a guess: an object may be painted thinly in its middle.
+    Where two parts of similar weight lie apart, points are linked over wider gaps before the
+    choice is refused as ambiguous: an object may be painted thinly in its middle.
     """
     spacing = max(link_length(points), _LEAST_LINK * aim.reach, gap_mm)
-    aside = np.linalg.norm(points - aim.point, axis=1) / aim.reach
-    weights = np.exp(-2 * aside**2)
+    off_aim = np.linalg.norm(points - aim.point, axis=1) / aim.reach
+    weights = np.exp(-2 * off_aim**2)
     choice = None
     for widening in _WIDENINGS:
         link_mm = min(widening * spacing, max(spacing, _MOST_LINK * aim.reach))
-        choice = _choose(points, weights, link_mm)
+        choice = _heaviest_cluster(points, weights, link_mm)
         if choice.rival_share <= _RIVAL_SHARE * choice.share:
             break
     if choice is None or choice.share == 0.0:
@@ -95,7 +96,9 @@ def limb_among(points: Points3, aim: Aim, least_points: int, gap_mm: float = 0.0
 
 
 @dataclass(frozen=True)
-class _Choice:
+class _ClusterChoice:
+    """The cluster taken for the limb, and its strongest rival."""
+
     limb: Bool[np.ndarray, " n"]
     link_mm: float
     share: float
@@ -104,25 +107,29 @@ class _Choice:
     """The same for the heaviest cluster of which most lies apart from the limb."""
 
 
-def _choose(points: Points3, weights: Float64[np.ndarray, " n"], link_mm: float) -> _Choice:
-    """The heaviest cluster with its thin parts, and how heavy the next one is."""
+def _heaviest_cluster(
+    points: Points3, weights: Float64[np.ndarray, " n"], link_mm: float
+) -> _ClusterChoice:
+    """The heaviest cluster with its thinly covered parts, and the weight of the next one."""
     labels = clusters(points, link_mm)
     member = labels >= 0
     if not member.any():
-        return _Choice(member, link_mm, 0.0, 0.0)
+        return _ClusterChoice(member, link_mm, 0.0, 0.0)
     shares = np.bincount(labels[member], weights[member]) / weights[member].sum()
     best = int(np.argmax(shares))
     limb = _with_thin_parts(points, labels == best, _ATTACH_FACTOR * link_mm)
     sizes = np.bincount(labels[member])
     attached = np.bincount(labels[member & limb], minlength=len(sizes)) > sizes / 2
     rival_share = float(np.where(attached, 0.0, shares).max())
-    return _Choice(limb, link_mm, float(shares[best]), rival_share)
+    return _ClusterChoice(limb, link_mm, float(shares[best]), rival_share)
 
 
 def clusters(points: Points3, link_mm: float) -> Int32[np.ndarray, " n"]:
     """Cluster of each point, -1 for stray ones: DBSCAN (Ester et al. 1996)."""
-    crowd = np.asarray(KDTree(points).query_ball_point(points, link_mm, return_length=True))
-    dense = np.flatnonzero(crowd > _NEIGHBOURS)
+    neighbour_counts = np.asarray(
+        KDTree(points).query_ball_point(points, link_mm, return_length=True)
+    )
+    dense = np.flatnonzero(neighbour_counts > _NEIGHBOURS)
     labels = np.full(len(points), -1, np.int32)
     if not len(dense):
         return labels
@@ -136,14 +143,16 @@ def clusters(points: Points3, link_mm: float) -> Int32[np.ndarray, " n"]:
 def _with_thin_parts(
     points: Points3, limb: Bool[np.ndarray, " n"], reach_mm: float
 ) -> Bool[np.ndarray, " n"]:
-    """The limb and what lies near it in company; a stray point has none of its own kind."""
+    """The limb with the points near it that have others of their kind round them."""
     others = np.flatnonzero(~limb)
     if not len(others):
         return limb
-    near = others[KDTree(points[limb]).query(points[others])[0] <= reach_mm]
-    crowd = KDTree(points[others]).query_ball_point(points[near], reach_mm, return_length=True)
+    candidates = others[KDTree(points[limb]).query(points[others])[0] <= reach_mm]
+    neighbour_counts = KDTree(points[others]).query_ball_point(
+        points[candidates], reach_mm, return_length=True
+    )
     attached = limb.copy()
-    attached[near[np.asarray(crowd) > _COMPANY]] = True
+    attached[candidates[np.asarray(neighbour_counts) > _ATTACH_NEIGHBOURS]] = True
     return attached
 
 
@@ -166,6 +175,7 @@ class Region:
         return low, self.origin_mm + self.cell_mm * (cells.max(0) + 1)
 
     def contains(self, points_mm: Points3) -> Bool[np.ndarray, " n"]:
+        """Which points lie in occupied cubes."""
         cells = np.floor((points_mm - self.origin_mm) / self.cell_mm).astype(np.int64)
         inside = np.all((cells >= 0) & (cells < self.occupied.shape), axis=-1)
         cells = np.where(inside[..., None], cells, 0)
@@ -175,14 +185,14 @@ class Region:
         """Centres of the cubes that `cells` marks."""
         return self.origin_mm + self.cell_mm * (np.argwhere(cells) + 0.5)
 
-    def skin(self) -> Bool[np.ndarray, "i j k"]:
-        """The occupied cubes that share a side with an empty one or with the grid's border."""
+    def boundary(self) -> Bool[np.ndarray, "i j k"]:
+        """Occupied cubes that share a side with an empty one or with the grid's border."""
         return self.occupied & ~ndimage.binary_erosion(self.occupied)
 
     @cached_property
-    def skin_mm(self) -> Points3:
-        """Centres of the skin's cubes."""
-        return self.centres_mm(self.skin())
+    def boundary_mm(self) -> Points3:
+        """Centres of the boundary's cubes."""
+        return self.centres_mm(self.boundary())
 
 
 _LEAST_PIECE = 0.01
@@ -192,8 +202,8 @@ _LEAST_MARGIN = 1.5
 """In cubes: a point's cube and all that touch its sides and edges."""
 
 
-def solid(points: Points3, radius_mm: float, margin_mm: float, cell_mm: float) -> Region:
-    """Points closed to a body by balls of `radius_mm`, filled, and widened by the margin.
+def closed_region(points: Points3, radius_mm: float, margin_mm: float, cell_mm: float) -> Region:
+    """The region of points, closed with balls of `radius_mm`, filled and widened by the margin.
 
     It is widened by no less than the nearest ring of cubes, whatever the margin.
     """
@@ -209,8 +219,8 @@ def solid(points: Points3, radius_mm: float, margin_mm: float, cell_mm: float) -
     return Region(origin_mm=origin, cell_mm=cell_mm, occupied=_without_islands(occupied))
 
 
-def down_to_floor(region: Region, depth_mm: float, floor_z_mm: float) -> Region:
-    """The region with an underside that hardly a photo sees, and nothing below the floor."""
+def extended_to_floor(region: Region, depth_mm: float, floor_z_mm: float) -> Region:
+    """The region extended downwards, where hardly a photo sees, and cut at the floor."""
     cells = round(depth_mm / region.cell_mm)
     occupied = np.pad(region.occupied, ((0, 0), (0, 0), (cells, 0)))
     origin = region.origin_mm - (0.0, 0.0, cells * region.cell_mm)
@@ -226,7 +236,7 @@ def _distance_to(cells: Bool[np.ndarray, "i j k"]) -> Float64[np.ndarray, "i j k
 
 
 def _without_islands(occupied: Bool[np.ndarray, "i j k"]) -> Bool[np.ndarray, "i j k"]:
-    """The pieces that are not tiny beside the largest one."""
+    """The cubes without pieces that are tiny beside the largest one."""
     labels = np.zeros(occupied.shape, np.int32)
     ndimage.label(occupied, output=labels)
     sizes = np.bincount(labels.ravel())
@@ -280,7 +290,7 @@ def _masked_views(photos: PhotoSet, scene: Scene) -> Iterator[MaskedView]:
 def inside_masks(
     masked: tuple[MaskedView, ...], points: Points3, slack_mm: float
 ) -> Bool[np.ndarray, " n"]:
-    """Points that hardly a mask excludes; `slack_mm` is how far outside one they may be."""
+    """Points that hardly any mask excludes; they may lie `slack_mm` outside it."""
     outside = np.zeros(len(points))
     for one in masked:
         framed = in_frame([one.view], points)[0]
@@ -308,9 +318,9 @@ def _distance_outside(mask: Mask, size: tuple[int, int]) -> Float32[np.ndarray, 
 
 
 LEAST_POINTS = 60
-_NEAR = 2.0
-"""Points farther from the aim than this many half frames are not the limb's."""
-_DECIDING_SHARE = 0.5
+_MOST_AIM_DISTANCE = 2.0
+"""Points farther from the aim than this many half frames are not of the limb."""
+_MASKED_SHARE = 0.5
 """Where this share of the placed photos has masks, they alone say what the limb is."""
 _MOST_CLOSING = 0.15
 """Hollows wider than twice this share of the limb's longest side are never bridged."""
@@ -351,7 +361,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     if options.box_mm is not None:
         return _from_box(options.box_mm, options.cubes)
     masked = masked_views(photos, metric.scene)
-    masks_decide = len(masked) >= _DECIDING_SHARE * len(metric.scene.placed)
+    masks_decide = len(masked) >= _MASKED_SHARE * len(metric.scene.placed)
     floor_z_mm = None if masks_decide else metric.floor_z_mm
     aim = aim_of(metric.scene.views, metric.scene.points_in_world)
     candidates = _points_looked_at(metric, aim, masked, floor_z_mm)
@@ -364,9 +374,9 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     size_mm = float(np.ptp(limb.points_mm, axis=0).max())
     margin_mm = _MARGIN * size_mm
     closing_mm = min(limb.link_mm, _MOST_CLOSING * size_mm)
-    region = solid(limb.points_mm, closing_mm, margin_mm, size_mm / options.cubes)
+    region = closed_region(limb.points_mm, closing_mm, margin_mm, size_mm / options.cubes)
     if floor_z_mm is not None:
-        region = down_to_floor(region, _UNDERSIDE * size_mm, floor_z_mm)
+        region = extended_to_floor(region, _UNDERSIDE * size_mm, floor_z_mm)
     return carve(region, masked, margin_mm) if masked else region
 
 
@@ -390,7 +400,7 @@ def _points_looked_at(
 def aimed_at(scene: Scene, aim: Aim) -> Bool[np.ndarray, " n"]:
     """Scene points near the aim that most photos have in their frames."""
     points = scene.points_in_world
-    near = np.linalg.norm(points - aim.point, axis=1) < _NEAR * aim.reach
+    near = np.linalg.norm(points - aim.point, axis=1) < _MOST_AIM_DISTANCE * aim.reach
     return near & (in_frame(scene.views, points).mean(0) >= _LEAST_VIEWS)
 
 
@@ -401,7 +411,7 @@ def refuse_few(points: int, needed: int) -> None:
 
 
 def _refuse_flat(points_mm: Points3) -> None:
-    """A sheet or a table top is no limb: better no surface than that one."""
+    """Refuse points that lie in a plane: a sheet or a table top is no limb."""
     spreads = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points_mm.T)), 0))
     if spreads[0] < _FLATTEST * spreads[2]:
         raise RegionError("limbregion.flat")
@@ -417,8 +427,8 @@ def _from_box(corners: Sequence[tuple[float, float, float]], cubes: int) -> Regi
     return Region(origin_mm=low, cell_mm=cell_mm, occupied=np.ones(shape, bool))
 
 
-_STRETCH = 1.1
-"""How much larger a cube's disc is drawn than the pinhole says: slant and lens distortion."""
+_DISC_SCALE = 1.1
+"""How much larger a cube's disc is drawn than a pinhole images it: slant and lens distortion."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -451,15 +461,15 @@ class Footprint:
 def footprint(region: Region, view: View, factor: float = 1.0) -> Footprint:
     """The crop of a photo, reduced by `factor`, that shows the region.
 
-    A region out of the photo's sight gives a crop of no pixels.
+    A region that the photo does not show gives a crop of no pixels.
     """
     camera = view.camera.scaled(factor)
-    in_camera = view.camera_from_world.apply(region.skin_mm)
+    in_camera = view.camera_from_world.apply(region.boundary_mm)
     radius_mm = region.cell_mm * np.sqrt(3) / 2
     xy_px, depth_mm = camera.project(in_camera), in_camera[:, 2]
     shown = np.isfinite(xy_px).all(axis=1) & (depth_mm > 2 * radius_mm)
     xy_px, depth_mm = xy_px[shown], depth_mm[shown]
-    radius_px = _STRETCH * max(camera.fx, camera.fy) * radius_mm / (depth_mm - radius_mm) + 0.5
+    radius_px = _DISC_SCALE * max(camera.fx, camera.fy) * radius_mm / (depth_mm - radius_mm) + 0.5
 
     seen = np.all(xy_px + radius_px[:, None] >= 0, axis=1) & np.all(
         xy_px - radius_px[:, None] <= (camera.width_px - 1, camera.height_px - 1), axis=1
@@ -489,7 +499,7 @@ def _draw_discs(
     near: Float32[np.ndarray, "h w"],
     far: Float32[np.ndarray, "h w"],
 ) -> None:
-    """Widen near and far by each cube: x, y and radius in pixels of the arrays, depth in mm."""
+    """Widen near and far by each cube's disc: x, y and radius in pixels, depth in mm."""
     height, width = near.shape
     for k in range(len(discs)):
         x, y, radius, depth = discs[k, 0], discs[k, 1], discs[k, 2], discs[k, 3]

@@ -1,12 +1,11 @@
-"""Keypoints of one photo: place, scale, orientation and descriptor.
-
-Detection: SIFT keypoints of every photo.
+"""Detection: SIFT keypoints of every photo.
 
 In      photos, their masks honoured.
-Out     Features: at most `max_keypoints` a photo, the strongest, spread over the picture.
+Out     Features: for each photo the strongest keypoints, at most `max_keypoints`, spread over the
+        picture.
 Method  OpenCV's SIFT from a doubled image (Lowe 2004), with the upscaling that keeps keypoints
         in place; descriptors as RootSIFT (Arandjelovic and Zisserman 2012).
-Fails   never: a photo that shows nothing has no keypoints, and matching tells.
+Fails   never: a photo without texture has no keypoints, and matching reports it.
 """
 
 from collections.abc import Sequence
@@ -18,10 +17,11 @@ from jaxtyping import Bool, Float32, Int64, UInt8
 
 from limbgram.core.geometry.arrays import GreyImage, Mask
 from limbgram.core.run import in_parallel, worker_count
-from limbgram.reconstruction.features.sift import MEGABYTES, sift
+from limbgram.reconstruction.features.sift import TILE_MB, sift
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.masks import load_mask
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.photos.resizing import downsampled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,7 @@ class Keypoints:
         return len(self.xy_px)
 
     def some(self, keep: Bool[np.ndarray, " n"]) -> "Keypoints":
-        """Those that are kept, in their order."""
+        """The keypoints that are kept, in their order."""
         return Keypoints(
             xy_px=self.xy_px[keep],
             scale_px=self.scale_px[keep],
@@ -58,15 +58,15 @@ class Features:
     keypoints: tuple[Keypoints, ...]
 
 
-_BYTES_A_PIXEL = 5
-"""Of a photo in flight: decoded, reduced, its mask."""
-_CELLS = 32
-"""Cells along the longer side, for spreading keypoints."""
-_SURPLUS = 1.5
-"""Keypoints described for each one kept, where there are too many."""
+_BYTES_A_PIXEL_IN_FLIGHT = 5
+"""Memory for a photo in flight: decoded, reduced, its mask."""
+_SPREAD_CELLS = 32
+"""Cells along the longer side, over which keypoints are spread."""
+_DESCRIBED_SURPLUS = 1.5
+"""Keypoints described for each one that is kept, where there are too many."""
 
 
-_MEMORY_MB = 600.0
+_IN_FLIGHT_MB = 600.0
 """Working memory for photos in flight; one photo is always in flight."""
 
 
@@ -75,7 +75,7 @@ class FeatureOptions:
     """How many keypoints to look for, and at what cost."""
 
     max_keypoints: int = 12_000
-    """Upper limit a photo. Matching a pair costs its square."""
+    """Most keypoints a photo. Matching a pair costs their square."""
     contrast: float = 0.02
     """SIFT's contrast threshold, as OpenCV counts it (divided by the layers of an octave)."""
     max_megapixels: float = 6.0
@@ -88,8 +88,8 @@ DEFAULTS = FeatureOptions()
 def detect(photos: PhotoSet, options: FeatureOptions = DEFAULTS) -> Features:
     """SIFT keypoints of each photo, largest first, in the sensor's pixels."""
     largest = max((p.width_px * p.height_px / 1e6 for p in photos.photos), default=1.0)
-    each_mb = MEGABYTES + _BYTES_A_PIXEL * largest
-    workers = int(np.clip(_MEMORY_MB / each_mb, 1, worker_count()))
+    each_mb = TILE_MB + _BYTES_A_PIXEL_IN_FLIGHT * largest
+    workers = int(np.clip(_IN_FLIGHT_MB / each_mb, 1, worker_count()))
 
     def detect_in(photo: Photo) -> Keypoints:
         return find_keypoints(load_luma(photo), load_mask(photo), options)
@@ -104,15 +104,16 @@ def find_keypoints(
     luma: GreyImage, mask: Mask | None = None, options: FeatureOptions = DEFAULTS
 ) -> Keypoints:
     """SIFT keypoints of one picture, largest first."""
-    small = _reduced(luma, options.max_megapixels)
+    factor = float(np.sqrt(options.max_megapixels * 1e6 / luma.size))
+    small = downsampled(luma, factor)
     found = sift(
         small,
         _reduced_mask(mask, small.shape),
         options.contrast,
-        int(options.max_keypoints * _SURPLUS),
+        int(options.max_keypoints * _DESCRIBED_SURPLUS),
     )
     rows, strength = found.rows[:, :4], found.rows[:, 4]
-    kept = spread(rows[:, :2], strength, max(small.shape), options.max_keypoints)
+    kept = spread_selection(rows[:, :2], strength, max(small.shape), options.max_keypoints)
     kept = kept[np.lexsort((rows[kept, 1], rows[kept, 0], -rows[kept, 2]))]
     enlarged = _to_full_size(rows[kept], small.shape, luma.shape)
     return _keypoints(enlarged, found.descriptors[kept])
@@ -136,15 +137,6 @@ def _keypoints(
     )
 
 
-def _reduced(luma: GreyImage, max_megapixels: float) -> UInt8[np.ndarray, "rows columns"]:
-    height_px, width_px = luma.shape
-    factor = np.sqrt(max_megapixels * 1e6 / (width_px * height_px))
-    if factor >= 1:
-        return luma
-    size = (round(width_px * factor), round(height_px * factor))
-    return cv2.resize(luma, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
-
-
 def _reduced_mask(
     mask: Mask | None, shape: Sequence[int]
 ) -> Bool[np.ndarray, "rows columns"] | None:
@@ -157,7 +149,7 @@ def _reduced_mask(
 def _to_full_size(
     rows: Float32[np.ndarray, "n 4"], small: Sequence[int], full: Sequence[int]
 ) -> Float32[np.ndarray, "n 4"]:
-    """x, y, scale, angle of keypoints in the reduced picture, pixel centres kept right."""
+    """x, y, scale and angle in the full-size picture of keypoints found in the reduced one."""
     if tuple(small) == tuple(full):
         return rows
     enlarged = rows.copy()
@@ -168,18 +160,18 @@ def _to_full_size(
     return enlarged
 
 
-def spread(
+def spread_selection(
     xy_px: Float32[np.ndarray, "n 2"],
     strength: Float32[np.ndarray, " n"],
     side_px: int,
     count: int,
 ) -> Int64[np.ndarray, " k"]:
-    """The `count` keypoints that are strongest within their cells: cells take turns."""
+    """Indices of `count` keypoints: the strongest of each cell, then the second strongest."""
     if len(xy_px) <= count:
         return np.arange(len(xy_px))
-    column, row = (xy_px * (_CELLS / side_px)).astype(np.int64).T
-    cell = row * (_CELLS + 1) + column
+    column, row = (xy_px * (_SPREAD_CELLS / side_px)).astype(np.int64).T
+    cell = row * (_SPREAD_CELLS + 1) + column
     order = np.lexsort((xy_px[:, 1], xy_px[:, 0], -strength, cell))
     starts = np.flatnonzero(np.diff(cell[order], prepend=-1))
-    turn = np.arange(len(order)) - np.repeat(starts, np.diff(starts, append=len(order)))
-    return order[np.lexsort((-strength[order], turn))[:count]]
+    rank_in_cell = np.arange(len(order)) - np.repeat(starts, np.diff(starts, append=len(order)))
+    return order[np.lexsort((-strength[order], rank_in_cell))[:count]]

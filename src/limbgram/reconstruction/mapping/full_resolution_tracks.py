@@ -27,7 +27,7 @@ from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View, differentiat
 from limbgram.core.run import in_parallel
 from limbgram.findings import fault
 from limbgram.reconstruction.calibration.cameras import Cameras
-from limbgram.reconstruction.features.detection import spread
+from limbgram.reconstruction.features.detection import spread_selection
 from limbgram.reconstruction.mapping.placement import (
     MIN_PHOTO_POINTS,
     MIN_PLACED,
@@ -201,7 +201,7 @@ class _SurfacePoints:
             own = np.flatnonzero(self.reference == view)
             side_px = max(one.camera.width_px, one.camera.height_px)
             xy_px = np.clip(self.xy_px[own], 0.0, side_px - 1.0).astype(np.float32)
-            chosen = spread(xy_px, strength[own], side_px, int(np.ceil(share * len(own))))
+            chosen = spread_selection(xy_px, strength[own], side_px, int(np.ceil(share * len(own))))
             kept.append(np.sort(own[chosen]))
         rows = np.concatenate(kept)
         return _SurfacePoints(

@@ -1,8 +1,8 @@
-"""Lenses: which photos are cut out of larger ones, and what is said of photos of several lenses.
+"""Lenses: which photos are crops of larger ones, and findings on photos of several lenses.
 
 Photos of one camera whose sides keep their ratio are taken to be smaller copies, the same lens with
 other pixels, unless what they show tells that they were cut (`lens_groups`). Those of another ratio
-were cut: where the lens's middle lies in them nobody knows, nor whether they were reduced as well.
+are crops: the place of the principal point in them is unknown, and whether they were reduced.
 Photos whose files tell no camera are taken to be of one.
 """
 
@@ -16,71 +16,75 @@ _ROUNDED_PX = 1.0
 
 
 def cut_from(photos: PhotoSet) -> dict[int, int]:
-    """Camera groups that are cut out of others, and of which."""
-    larger = _larger(photos)
-    copies = _copies(photos, larger)
-    cut = {k: of for k, of in larger.items() if k not in copies or photos.cameras[k].cut_out}
-    return {k: _largest(photos, of) for k, of in cut.items()}
+    """Camera groups whose photos are crops, and the groups that they were cropped from."""
+    larger = _larger_of_same_lens(photos)
+    copies = _smaller_copies(photos, larger)
+    cut = {
+        k: larger_idxs
+        for k, larger_idxs in larger.items()
+        if k not in copies or photos.cameras[k].cut_out
+    }
+    return {k: _largest(photos, larger_idxs) for k, larger_idxs in cut.items()}
 
 
 def copies_of(photos: PhotoSet) -> dict[int, int]:
-    """Camera groups that are smaller copies of others by their size, and of which."""
-    return _copies(photos, _larger(photos))
+    """Camera groups that are smaller copies of others by their size, and these others."""
+    return _smaller_copies(photos, _larger_of_same_lens(photos))
 
 
-def _larger(photos: PhotoSet) -> dict[int, list[int]]:
-    """By camera group, those of the same lens whose pictures have room for its own."""
+def _larger_of_same_lens(photos: PhotoSet) -> dict[int, list[int]]:
+    """By camera group, the groups of the same lens with larger pictures."""
     found = {
-        number: [
+        idx: [
             other
             for other, one in enumerate(photos.cameras)
-            if same_lens(group, one) and _holds(one, group)
+            if same_lens(group, one) and _has_room_for(one, group)
         ]
-        for number, group in enumerate(photos.cameras)
+        for idx, group in enumerate(photos.cameras)
     }
-    return {number: larger for number, larger in found.items() if larger}
+    return {idx: larger for idx, larger in found.items() if larger}
 
 
-def _copies(photos: PhotoSet, larger: dict[int, list[int]]) -> dict[int, int]:
+def _smaller_copies(photos: PhotoSet, larger: dict[int, list[int]]) -> dict[int, int]:
     alike = {
-        number: [other for other in of if _is_copy(photos.cameras[number], photos.cameras[other])]
-        for number, of in larger.items()
+        idx: [other for other in of if _is_copy(photos.cameras[idx], photos.cameras[other])]
+        for idx, of in larger.items()
     }
-    return {number: _largest(photos, of) for number, of in alike.items() if of}
+    return {idx: _largest(photos, of) for idx, of in alike.items() if of}
 
 
 def _largest(photos: PhotoSet, groups: list[int]) -> int:
-    return max(groups, key=lambda one: _pixels(photos.cameras[one]))
+    return max(groups, key=lambda one: _pixel_count(photos.cameras[one]))
 
 
 def same_lens(one: CameraGroup, other: CameraGroup) -> bool:
-    """Whether files tell nothing that differs, but for sizes."""
+    """Whether the files of two groups state the same camera and lens."""
 
-    def told(group: CameraGroup) -> tuple[object, ...]:
+    def described(group: CameraGroup) -> tuple[object, ...]:
         exif = group.exif
         lens = (exif.lens, exif.focal_mm, exif.focal_35mm, exif.digital_zoom)
         return (exif.make, exif.model, exif.body, *lens)
 
-    return told(one) == told(other)
+    return described(one) == described(other)
 
 
-def _holds(whole: CameraGroup, part: CameraGroup) -> bool:
-    """Whether a picture of one size has room for one of another, however it is turned."""
-    (long, short), (own_long, own_short) = _sides(whole), _sides(part)
-    return (own_long, own_short) != (long, short) and own_long <= long and own_short <= short
+def _has_room_for(whole: CameraGroup, part: CameraGroup) -> bool:
+    """Whether a picture of one size contains one of another, in either orientation."""
+    (long, short), (part_long, part_short) = _long_and_short_side(whole), _long_and_short_side(part)
+    return (part_long, part_short) != (long, short) and part_long <= long and part_short <= short
 
 
 def _is_copy(part: CameraGroup, whole: CameraGroup) -> bool:
-    (long, short), (own_long, own_short) = _sides(whole), _sides(part)
-    return abs(short * own_long / long - own_short) <= _ROUNDED_PX
+    (long, short), (part_long, part_short) = _long_and_short_side(whole), _long_and_short_side(part)
+    return abs(short * part_long / long - part_short) <= _ROUNDED_PX
 
 
-def _sides(group: CameraGroup) -> tuple[int, int]:
+def _long_and_short_side(group: CameraGroup) -> tuple[int, int]:
     width, height = _file_px(group)
     return max(width, height), min(width, height)
 
 
-def _pixels(group: CameraGroup) -> int:
+def _pixel_count(group: CameraGroup) -> int:
     width, height = _file_px(group)
     return width * height
 
@@ -90,14 +94,14 @@ def _file_px(group: CameraGroup) -> tuple[int, int]:
 
 
 def lens_notes(photos: PhotoSet) -> tuple[Finding, ...]:
-    """That photos have a lens of their own because they were cut, or by what they show."""
-    return (*_cut_notes(photos), *_told_notes(photos))
+    """Findings on photos that got their own lens: crops, and lenses told apart by content."""
+    return (*_cut_notes(photos), *_lens_notes_by_content(photos))
 
 
 def _cut_notes(photos: PhotoSet) -> Iterator[Finding]:
-    for number, whole in cut_from(photos).items():
-        group, of = photos.cameras[number], photos.cameras[whole]
-        names = _names(photos, number)
+    for idx, whole in cut_from(photos).items():
+        group, of = photos.cameras[idx], photos.cameras[whole]
+        names = _names(photos, idx)
         (width_px, height_px), (of_width_px, of_height_px) = _file_px(group), _file_px(of)
         yield note(
             "lens.cut_out",
@@ -110,10 +114,10 @@ def _cut_notes(photos: PhotoSet) -> Iterator[Finding]:
         )
 
 
-def _told_notes(photos: PhotoSet) -> Iterator[Finding]:
-    for number, group in enumerate(photos.cameras):
+def _lens_notes_by_content(photos: PhotoSet) -> Iterator[Finding]:
+    for idx, group in enumerate(photos.cameras):
         if group.longer is not None:
-            names = _names(photos, number)
+            names = _names(photos, idx)
             yield note(
                 "lens.told_by_photos",
                 count=len(names),
@@ -123,5 +127,5 @@ def _told_notes(photos: PhotoSet) -> Iterator[Finding]:
             )
 
 
-def _names(photos: PhotoSet, number: int) -> tuple[str, ...]:
-    return tuple(one.name for one in photos.photos if one.camera_idx == number)
+def _names(photos: PhotoSet, camera_idx: int) -> tuple[str, ...]:
+    return tuple(one.name for one in photos.photos if one.camera_idx == camera_idx)

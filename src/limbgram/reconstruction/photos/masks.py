@@ -19,15 +19,15 @@ from limbgram.findings import Finding, fault, note
 from limbgram.reconstruction.photos.decoding import (
     DECODING_FAULTS,
     decoding_fault,
-    gone,
+    gone_error,
     open_picture,
 )
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, first_of
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
 
 MASKS_FOLDER = "masks"
-_COLOURED = 24
-"""Difference of two colour channels that no mask has."""
+_LEAST_COLOUR_DIFFERENCE = 24
+"""Difference of two colour channels above which a picture is no mask."""
 Picture = TypeVar("Picture", bound=np.ndarray)
 
 
@@ -37,32 +37,32 @@ def load_mask(photo: Photo) -> Mask | None:
     Raises:
         PhotoError: the mask changed or vanished since the photos were read.
     """
-    own = _own_mask(photo) if photo.cut_out else None
+    opacity_mask = _opacity_mask(photo) if photo.cut_out else None
     if photo.mask_path is None:
-        return own
+        return opacity_mask
     try:
         mask = read_mask(photo.mask_path, photo.width_px, photo.height_px, photo.exif)
     except DECODING_FAULTS as fault:
-        raise _gone(photo) from fault
+        raise _mask_gone_error(photo) from fault
     if isinstance(mask, Finding):
-        raise _gone(photo)
-    return mask if own is None else mask & own
+        raise _mask_gone_error(photo)
+    return mask if opacity_mask is None else mask & opacity_mask
 
 
-def _own_mask(photo: Photo) -> Mask:
-    """What of a photo is more opaque than not."""
+def _opacity_mask(photo: Photo) -> Mask:
+    """Mask of a cut-out photo: pixels that are more opaque than not."""
     try:
         with open_picture(photo.path) as picture:
             opacity = opacity_of(picture)
     except DECODING_FAULTS as fault:
-        raise gone(photo) from fault
+        raise gone_error(photo) from fault
     if opacity is None or opacity.shape != (photo.height_px, photo.width_px):
-        raise gone(photo)
-    return _white(opacity)
+        raise gone_error(photo)
+    return _binarised(opacity)
 
 
 def opacity_of(picture: Image.Image) -> UInt8[np.ndarray, "rows columns"] | None:
-    """How opaque each pixel of a picture is; None where all are wholly so."""
+    """Opacity of each pixel of a picture; None where all are fully opaque."""
     if picture.mode in ("LA", "RGBA", "PA"):
         opacity = np.asarray(picture.getchannel("A"))
     elif picture.mode in ("1", "L", "P", "RGB") and "transparency" in picture.info:
@@ -72,7 +72,8 @@ def opacity_of(picture: Image.Image) -> UInt8[np.ndarray, "rows columns"] | None
     return opacity if opacity.min(initial=255) < 255 else None
 
 
-def _white(levels: np.ndarray) -> Mask:
+def _binarised(levels: np.ndarray) -> Mask:
+    """Pixels above half of the highest level."""
     return levels > levels.max() / 2
 
 
@@ -99,7 +100,7 @@ def mask_in(folder: Path, photo: Path, name: str | None = None) -> Path | None:
 
 
 def require_masks_folder(folder: Path) -> None:
-    """Raises PhotoError where there is no such folder."""
+    """Raise PhotoError where there is no such folder."""
     if not folder.is_dir():
         raise PhotoError("photo.mask.no_folder", folder=str(folder))
 
@@ -110,15 +111,15 @@ def no_mask_fits(folder: Path, photo: Path) -> PhotoError:
 
 
 def held_upright(mask: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
-    """A mask in the sensor's frame as people see its photo; `read_mask` turns it back.
+    """A mask in the sensor's frame as it is saved, upright; `read_mask` turns it back.
 
-    One that is upside down stays so: only of a quarter turn does the size of a file tell.
+    Half a turn is left out: the size of a file shows only quarter turns.
     """
     return mask if exif.quarter_turns % 2 == 0 else upright(mask, exif)
 
 
 def upright(picture: Picture, exif: Exif) -> Picture:
-    """A picture in the sensor's frame as people see its photo."""
+    """A picture in the sensor's frame, turned upright."""
     stored = picture[:, ::-1] if exif.mirrored else picture
     return cast(Picture, np.ascontiguousarray(np.rot90(stored, -exif.quarter_turns)))
 
@@ -126,8 +127,8 @@ def upright(picture: Picture, exif: Exif) -> Picture:
 def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | Finding:
     """A mask in the sensor's frame, or why the file is none. Raises one of DECODING_FAULTS."""
     with Image.open(path, formats=("PNG",)) as picture:
-        upright = exif.quarter_turns % 2 == 1 and picture.size == (height_px, width_px)
-        if picture.size != (width_px, height_px) and not upright:
+        is_upright = exif.quarter_turns % 2 == 1 and picture.size == (height_px, width_px)
+        if picture.size != (width_px, height_px) and not is_upright:
             return fault(
                 "photo.mask.size",
                 width_px=picture.width,
@@ -138,10 +139,10 @@ def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | F
         levels = _levels(picture)
     if isinstance(levels, Finding):
         return levels
-    mask = _white(levels)
+    mask = _binarised(levels)
     if not mask.any():
         return fault("photo.mask.black")
-    return np.ascontiguousarray(_turned_back(mask, exif) if upright else mask)
+    return np.ascontiguousarray(_to_sensor_frame(mask, exif) if is_upright else mask)
 
 
 def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> Finding | None:
@@ -154,15 +155,15 @@ def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> Finding
 
 
 def mask_notes(photos: PhotoSet) -> tuple[Finding, ...]:
-    """How many photos have masks, and which of them have none; nothing where none has."""
-    whole = [one.name for one in photos.photos if not one.masked]
+    """How many photos have masks, and which have none; nothing where none has one."""
+    without_mask = [one.name for one in photos.photos if not one.masked]
     count = len(photos.photos)
-    if len(whole) == count:
+    if len(without_mask) == count:
         return ()
-    if not whole:
+    if not without_mask:
         return (note("photo.mask.all", photos=count),)
-    masked = count - len(whole)
-    return (note("photo.mask.some", masked=masked, photos=count, **first_of(whole)),)
+    masked = count - len(without_mask)
+    return (note("photo.mask.some", masked=masked, photos=count, **first_of(without_mask)),)
 
 
 def _png_named(base: Path) -> Path | None:
@@ -171,28 +172,29 @@ def _png_named(base: Path) -> Path | None:
         try:
             if candidate.is_file():
                 return candidate
-        except OSError:  # with the suffix its name is too long to be there
+        except OSError:  # with the suffix the name is too long
             return None
     return None
 
 
 def _levels(picture: Image.Image) -> np.ndarray | Finding:
-    """Brightness, or opacity of a picture cut out on transparent ground."""
+    """Levels of a mask: opacity on transparent ground, else brightness; or why it is none."""
     opacity = opacity_of(picture)
     if opacity is not None:
         return opacity
     if picture.mode.startswith("I"):
         return np.asarray(picture)
     colour = np.asarray(picture.convert("RGB"))
-    if np.ptp(colour.astype(np.int16), axis=2).max() > _COLOURED:
+    if np.ptp(colour.astype(np.int16), axis=2).max() > _LEAST_COLOUR_DIFFERENCE:
         return fault("photo.mask.coloured")
     return colour[:, :, 1]
 
 
-def _turned_back(upright: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
+def _to_sensor_frame(upright: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
+    """An upright mask in the sensor's frame: the inverse of `upright`."""
     stored = np.rot90(upright, exif.quarter_turns)
     return stored[:, ::-1] if exif.mirrored else stored
 
 
-def _gone(photo: Photo) -> PhotoError:
+def _mask_gone_error(photo: Photo) -> PhotoError:
     return PhotoError("photo.mask.gone", photo=photo.name, path=str(photo.mask_path))

@@ -1,11 +1,11 @@
-"""Quality: which files can be photos, and whether a photo is sharp and well lit.
+"""Quality: which files can be photos, and how sharp and how well exposed a photo is.
 
 In      files, or what lies in a folder (sub-folders are no candidates); a photo's brightness.
 Out     the candidates and what was set aside and why; remarks on each photo; where the photos of a
         capture cannot be used together, whether they are to blame (`common_fault`), so that nobody
         looks for the cause in the board or in the paint.
-Method  Candidates are told by their ending or their first bytes; nothing is decoded. Of many files
-        of other kinds a few are named and the rest counted.
+Method  Candidates are recognised by their suffix or their first bytes; nothing is decoded. Of many
+        files of other kinds a few are named and the rest counted.
         Sharpness is the width of the sharpest edges, which depends little on what the photo shows:
         an edge blurred by a Gaussian of width s has a steepest slope of contrast / (s sqrt(2 pi)).
         Motion blurs one direction only, so edges across it are taken: the worse of four directions
@@ -29,27 +29,27 @@ from limbgram.findings import Finding, Value, doubt, fault, note
 from limbgram.reconstruction.photos.heif import HEIF_BRANDS, HEIF_SUFFIXES
 from limbgram.reconstruction.photos.lenses import same_lens
 from limbgram.reconstruction.photos.photo import CameraGroup, Photo, PhotoSet, SetAside
-from limbgram.reconstruction.photos.raw import RAW_SUFFIXES, TIFF
+from limbgram.reconstruction.photos.raw import RAW_SUFFIXES, TIFF_MAGIC
 
 Picture = TypeVar("Picture", bound=np.ndarray)
 _FINE_PX, _COARSE_PX = 1.0, 2.5
-_SIDE_PX = 1800
-"""Side of the middle part that is looked at."""
-_EDGES = 0.05
-"""Share of the pixels that slope in one direction, the steepest ones, that count as edges."""
+_CENTRE_PX = 1800
+"""Side of the central part in which edges are measured."""
+_EDGE_SHARE = 0.05
+"""Share of the pixels with a gradient in one direction, the steepest, that count as edges."""
 _LEAST_SLOPE = 3.0
-"""Luma over two pixels, beyond what noise shows."""
-_SHARPEST = 80.0
-"""Percentile: parts out of focus before and behind the limb do not count."""
-_BINS = 4
+"""Gradient, in luma over two pixels, above noise."""
+_SHARPEST_PERCENTILE = 80.0
+"""So that parts out of focus before and behind the limb do not count."""
+_DIRECTIONS = 4
 _FEWEST_EDGES = 50
 _BURNT_LUMA = 252
-_ACROSS = 240
-"""Cells along the longer side, in which a backdrop is told from what stands before it."""
-_BETWEEN = 6
-"""Cells: what is burnt nearer than this to two places that are not is bare ground between paint."""
-_LEAST_SHOWN = 0.01
-"""Share of a picture that stands before a backdrop: with less, all of it is burnt."""
+_BACKDROP_CELLS = 240
+"""Cells along the longer side, in which backdrop and foreground are separated."""
+_PAINT_GAP_CELLS = 6
+"""Cells: burnt gaps between unburnt places up to twice this wide are bare ground between paint."""
+_LEAST_FOREGROUND = 0.01
+"""Share of a picture before a backdrop: with less, the whole picture counts as burnt."""
 
 
 _MAX_BURNT = 0.3
@@ -65,12 +65,12 @@ _FAULT_BURNT = 0.05
 rendered capture had 0.08 to 0.1 when it failed, all of it on the limb. Nearly all that worked had
 none, one had 0.03: where the ground between its paint was burnt, the surface was as near the truth
 as elsewhere (RMS 0.049 and 0.048 mm)."""
-_MAX_STRANGE_SHARE = 0.2
-"""Photos of another lens or zoom are named if they are no larger part of the capture."""
+_MAX_OTHER_CAMERA_SHARE = 0.2
+"""Largest share of the capture that photos of another camera may have to be remarked on."""
 _MAX_REFOCUS = 0.003
-"""Change of the principal distance, as the focus distance in EXIF tells it, that is named."""
-_SEEN_MEGAPIXELS = 6.0
-"""Blur is judged as in photos reduced to this size, which is where keypoints are found."""
+"""Change of the principal distance, by the focus distance in EXIF, that is remarked on."""
+_DETECTION_MEGAPIXELS = 6.0
+"""Blur is assessed at this size, at which keypoints are detected."""
 
 
 _MAX_BLUR_RATIO = 2.0
@@ -103,15 +103,15 @@ def remarks(photos: PhotoSet) -> tuple[Remark, ...]:
             found.append(Remark(photo.name, doubt("photo.underexposed")))
         if photo.exif.mirrored:
             found.append(Remark(photo.name, doubt("photo.mirrored")))
-    return (*found, *_of_other_lenses(photos))
+    return (*found, *_lens_remarks(photos))
 
 
-SPOILT = ("photo.blurred", "photo.overexposed", "photo.underexposed")
-"""Remarks on photos that measure nothing."""
+UNUSABLE_REMARKS = ("photo.blurred", "photo.overexposed", "photo.underexposed")
+"""Remarks on photos that cannot be measured in."""
 
 
-def _strange(photos: PhotoSet, idx: int, most: int, others: int) -> Finding:
-    """What is said of a photo of a camera that hardly any other photo is of."""
+def _other_camera_finding(photos: PhotoSet, idx: int, most: int, others: int) -> Finding:
+    """The remark on a photo of a camera that took few of the photos."""
     own, usual = photos.cameras[idx], photos.cameras[most]
     sizes: dict[str, Value] = {
         "width_px": own.width_px,
@@ -128,21 +128,23 @@ def _strange(photos: PhotoSet, idx: int, most: int, others: int) -> Finding:
     return doubt("photo.other_lens", label=own.label, usual=usual.label, **sizes)
 
 
-def _of_other_lenses(photos: PhotoSet) -> Iterator[Remark]:
-    """Photos whose files tell another lens, zoom or focus than those of nearly all others."""
+def _lens_remarks(photos: PhotoSet) -> Iterator[Remark]:
+    """Remarks on photos whose files state another lens, zoom or focus than nearly all others."""
     counts = np.bincount([photo.camera_idx for photo in photos.photos])
     most = int(np.argmax(counts))
     near = [photo.exif.subject_m for photo in photos.photos if photo.exif.subject_m is not None]
     usual_m = float(np.median(near)) if near else float("nan")
     for photo in photos.photos:
         idx, exif = photo.camera_idx, photo.exif
-        few = idx != most and counts[idx] <= _MAX_STRANGE_SHARE * len(photos.photos)
+        few = idx != most and counts[idx] <= _MAX_OTHER_CAMERA_SHARE * len(photos.photos)
         if few and not _only_resized(photos.cameras[idx], photos.cameras[most]):
-            yield Remark(photo.name, _strange(photos, idx, most, int(counts[most])))
+            yield Remark(photo.name, _other_camera_finding(photos, idx, most, int(counts[most])))
         elif exif.focal_mm is not None and exif.subject_m is not None:
-            # A thin lens: the principal distance is f D / (D - f).
+            # By the thin lens equation the principal distance is f D / (D - f).
             focal_m = exif.focal_mm / 1000
-            longer = _extension(focal_m, exif.subject_m) - _extension(focal_m, usual_m)
+            longer = _relative_extension(focal_m, exif.subject_m) - _relative_extension(
+                focal_m, usual_m
+            )
             if abs(longer) > _MAX_REFOCUS:
                 refocused = doubt(
                     "photo.refocused",
@@ -155,17 +157,17 @@ def _of_other_lenses(photos: PhotoSet) -> Iterator[Remark]:
 
 
 def _only_resized(one: CameraGroup, other: CameraGroup) -> bool:
-    """Whether a camera's pictures were made smaller or cut, which `photos.lenses` tells of."""
+    """Whether groups differ only by resizing or cropping, which `photos.lenses` reports."""
     sizes = [{group.width_px, group.height_px} for group in (one, other)]
     return same_lens(one, other) and sizes[0] != sizes[1]
 
 
-def _extension(focal_m: float, distance_m: float) -> float:
+def _relative_extension(focal_m: float, distance_m: float) -> float:
     return focal_m / max(distance_m - focal_m, focal_m)
 
 
 def common_fault(photos: Sequence[Photo], *, placed: bool = False) -> Finding | None:
-    """What spoils most of these photos; None where their pixels show nothing.
+    """The fault of most of these photos; None where their pixels show none.
 
     For photos that already failed together: a fault here is no reason to refuse them.
 
@@ -182,7 +184,7 @@ def common_fault(photos: Sequence[Photo], *, placed: bool = False) -> Finding | 
     dark = [photo for photo in photos if photo.brightest < _MIN_BRIGHTEST]
     if 2 * len(dark) > len(photos):
         return fault("photo.most_underexposed", spoilt=len(dark), photos=len(photos))
-    widths_px = np.array([_seen_width_px(photo) for photo in photos])
+    widths_px = np.array([_detection_width_px(photo) for photo in photos])
     if placed:
         widths_px[np.isinf(widths_px)] = np.nan
     bare = np.isinf(widths_px)
@@ -199,20 +201,20 @@ def common_fault(photos: Sequence[Photo], *, placed: bool = False) -> Finding | 
     return None
 
 
-def _seen_width_px(photo: Photo) -> float:
-    """Width of the edges once the photo is reduced to what keypoints are found in.
+def _detection_width_px(photo: Photo) -> float:
+    """Edge width at the size at which keypoints are detected.
 
-    Infinite where a photo was looked at and no edge was found: even a plain object has an outline.
+    Infinite where a photo was assessed and no edge was found: even a plain object has an outline.
     """
     if np.isnan(photo.sharpness) and not np.isnan(photo.brightest):
         return float("inf")
     megapixels = photo.width_px * photo.height_px / 1e6
-    return photo.sharpness * min(1.0, (_SEEN_MEGAPIXELS / megapixels) ** 0.5)
+    return photo.sharpness * min(1.0, (_DETECTION_MEGAPIXELS / megapixels) ** 0.5)
 
 
-def judged(photo: Photo, luma: GreyImage, mask: Mask | None = None) -> Photo:
+def assessed(photo: Photo, luma: GreyImage, mask: Mask | None = None) -> Photo:
     """The photo with its sharpness and exposure."""
-    where = exposed_in(luma, mask)
+    where = exposure_mask(luma, mask)
     return replace(
         photo,
         sharpness=edge_width_px(luma, mask),
@@ -221,75 +223,81 @@ def judged(photo: Photo, luma: GreyImage, mask: Mask | None = None) -> Photo:
     )
 
 
-def exposed_in(luma: GreyImage, mask: Mask | None = None) -> Mask:
-    """Pixels by which exposure is judged: those of the mask, or all before a burnt backdrop."""
+def exposure_mask(luma: GreyImage, mask: Mask | None = None) -> Mask:
+    """Pixels by which exposure is assessed: those of the mask, or all before a burnt backdrop."""
     if mask is not None:
         return mask
     rows, columns = luma.shape
-    factor = min(1.0, _ACROSS / max(rows, columns))
+    factor = min(1.0, _BACKDROP_CELLS / max(rows, columns))
     size = max(1, round(columns * factor)), max(1, round(rows * factor))
-    kept = (luma < _BURNT_LUMA).astype(np.uint8) * 255
-    cells = (cv2.resize(kept, size, interpolation=cv2.INTER_AREA) > 127).astype(np.uint8)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _BETWEEN + 1, 2 * _BETWEEN + 1))
-    shown = cv2.morphologyEx(cells, cv2.MORPH_CLOSE, disc)
-    # what is burnt and enclosed is no backdrop: only what reaches the border is
-    around = cv2.copyMakeBorder(1 - shown, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1)
-    _, parts = cv2.connectedComponents(around, connectivity=4)
+    not_burnt = (luma < _BURNT_LUMA).astype(np.uint8) * 255
+    cells = (cv2.resize(not_burnt, size, interpolation=cv2.INTER_AREA) > 127).astype(np.uint8)
+    kernel = cv2.getStructuringElement(
+        cv2.MORPH_ELLIPSE, (2 * _PAINT_GAP_CELLS + 1, 2 * _PAINT_GAP_CELLS + 1)
+    )
+    foreground = cv2.morphologyEx(cells, cv2.MORPH_CLOSE, kernel)
+    # Enclosed burnt pixels are no backdrop: a backdrop reaches the border.
+    background = cv2.copyMakeBorder(1 - foreground, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1)
+    _, parts = cv2.connectedComponents(background, connectivity=4)
     backdrop = parts[1:-1, 1:-1] == parts[0, 0]
-    if 1.0 - backdrop.mean() < _LEAST_SHOWN:
+    if 1.0 - backdrop.mean() < _LEAST_FOREGROUND:
         return np.ones(luma.shape, np.bool_)
-    before = (~backdrop).astype(np.uint8)
-    return cv2.resize(before, (columns, rows), interpolation=cv2.INTER_NEAREST) > 0
+    foreground_mask = (~backdrop).astype(np.uint8)
+    return cv2.resize(foreground_mask, (columns, rows), interpolation=cv2.INTER_NEAREST) > 0
 
 
 def edge_width_px(luma: GreyImage, mask: Mask | None = None, where: Mask | None = None) -> float:
     """Gaussian sigma, px, of the sharpest edges in the worst of four directions.
 
     Slopes at two scales t and T over a blurred step compare as sqrt((s^2 + T^2) / (s^2 + t^2)).
-    The outline of a mask counts for no edge. NaN where the photo shows no edges.
+    The outline of a mask is no edge. NaN where the photo shows no edges.
 
     Args:
-        where: Edges elsewhere do not count: what lies behind the limb is out of focus, and where
-            its edges are the steepest of one direction the limb would seem blurred.
+        where: Edges elsewhere do not count: the background is out of focus, and where its edges
+            are the steepest of one direction the limb would seem blurred.
     """
-    middle = _middle(luma)
-    fine_x, fine_y = _slopes(middle, _FINE_PX)
-    coarse_x, coarse_y = _slopes(middle, _COARSE_PX)
+    centre = _central_part(luma)
+    fine_x, fine_y = _gradients(centre, _FINE_PX)
+    coarse_x, coarse_y = _gradients(centre, _COARSE_PX)
     coarse = np.hypot(coarse_x, coarse_y)
     seen = coarse > _LEAST_SLOPE
     if where is not None:
-        seen &= _middle(where)[::2, ::2]
+        seen &= _central_part(where)[::2, ::2]
     if mask is not None:
         reach_px = 2 * round(3 * _COARSE_PX) + 1
-        inner = cv2.erode(_middle(mask).astype(np.uint8), np.ones((reach_px, reach_px), np.uint8))
+        inner = cv2.erode(
+            _central_part(mask).astype(np.uint8), np.ones((reach_px, reach_px), np.uint8)
+        )
         seen &= np.asarray(inner[::2, ::2]) > 0
-    coarse, turn = coarse[seen], np.arctan2(coarse_y[seen], coarse_x[seen])
+    coarse, direction = coarse[seen], np.arctan2(coarse_y[seen], coarse_x[seen])
     ratio = np.hypot(fine_x[seen], fine_y[seen]) / coarse
-    bins = np.round(turn * (_BINS / np.pi)).astype(np.int64) % _BINS
-    widths = [_width_px(ratio[bins == index], coarse[bins == index]) for index in range(_BINS)]
+    bins = np.round(direction * (_DIRECTIONS / np.pi)).astype(np.int64) % _DIRECTIONS
+    widths = [
+        _width_px(ratio[bins == index], coarse[bins == index]) for index in range(_DIRECTIONS)
+    ]
     known = [width for width in widths if not np.isnan(width)]
     return max(known, default=float("nan"))
 
 
 def burnt_share(luma: GreyImage, where: Mask) -> float:
-    """Share of these pixels at the upper end of the scale; NaN without any."""
+    """Share of overexposed pixels among these; NaN without any."""
     seen = luma[::2, ::2][where[::2, ::2]]
     return float(np.mean(seen >= _BURNT_LUMA)) if seen.size else float("nan")
 
 
 def brightest_luma(luma: GreyImage, where: Mask) -> float:
-    """Luma that one in a hundred of these pixels exceeds; NaN without any."""
+    """99th percentile of these pixels' luma; NaN without any."""
     seen = luma[::4, ::4][where[::4, ::4]]
     return float(np.percentile(seen, 99)) if seen.size else float("nan")
 
 
-def _middle(picture: Picture) -> Picture:
-    top, left = (max(0, (side - _SIDE_PX) // 2) for side in picture.shape)
-    return cast(Picture, picture[top : top + _SIDE_PX, left : left + _SIDE_PX])
+def _central_part(picture: Picture) -> Picture:
+    top, left = (max(0, (side - _CENTRE_PX) // 2) for side in picture.shape)
+    return cast(Picture, picture[top : top + _CENTRE_PX, left : left + _CENTRE_PX])
 
 
-def _slopes(luma: GreyImage, scale_px: float) -> tuple[np.ndarray, np.ndarray]:
-    """Differences over two pixels, at every other pixel both ways."""
+def _gradients(luma: GreyImage, scale_px: float) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the smoothed picture, in x and y, at every second pixel of every second row."""
     smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), scale_px)
     across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1)[::2, ::2]
     return across, cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1)[::2, ::2]
@@ -297,10 +305,10 @@ def _slopes(luma: GreyImage, scale_px: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _width_px(ratios: np.ndarray, slopes: np.ndarray) -> float:
     """Edge width from the slopes at two scales, at the steepest places of one direction."""
-    if _EDGES * len(ratios) < _FEWEST_EDGES:
+    if _EDGE_SHARE * len(ratios) < _FEWEST_EDGES:
         return float("nan")
-    steepest = ratios[slopes >= np.quantile(slopes, 1 - _EDGES)]
-    squared = float(np.percentile(steepest, _SHARPEST)) ** 2
+    steepest = ratios[slopes >= np.quantile(slopes, 1 - _EDGE_SHARE)]
+    squared = float(np.percentile(steepest, _SHARPEST_PERCENTILE)) ** 2
     if squared <= 1:
         return float("inf")
     return float(np.sqrt(max(0.0, (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1))))
@@ -308,11 +316,11 @@ def _width_px(ratios: np.ndarray, slopes: np.ndarray) -> float:
 
 VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".3gp")
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
-"""Of files that are taken for pictures by their name."""
-_BEGINNINGS = (
+"""Suffixes of files that are taken for pictures."""
+_MAGIC = (
     b"\xff\xd8\xff",  # JPEG
     b"\x89PNG\r\n\x1a\n",
-    *TIFF,  # and most raw files
+    *TIFF_MAGIC,  # and most raw files
     b"II+\0",  # TIFF for files beyond 4 GB
     b"MM\0+",
 )
@@ -320,45 +328,45 @@ _NAMED_AT_MOST = 5
 
 
 @dataclass(frozen=True)
-class Sifted:
-    """Candidates in the order in which they were given, and the rest."""
+class FilesByKind:
+    """Files that can be pictures, in the order in which they were given, and the others."""
 
     pictures: tuple[Path, ...]
     faulty: tuple[tuple[Path, Finding], ...]
-    """Named as pictures, and why they are none that can be opened."""
+    """Files named as pictures, and why they cannot be opened."""
     others: tuple[SetAside, ...]
 
 
-def sifted(files: Iterable[Path]) -> Sifted:
-    """Part what can be a picture from what cannot."""
+def files_by_kind(files: Iterable[Path]) -> FilesByKind:
+    """Files sorted into those that can be pictures and those that cannot."""
     pictures: list[Path] = []
     others: list[Path] = []
     faulty: list[tuple[Path, Finding]] = []
     for file in files:
-        unreadable = _fault(file)
+        unreadable = _file_fault(file)
         if unreadable is not None:
             faulty.append((file, unreadable))
         elif file.suffix.lower() in PICTURE_SUFFIXES or _begins_as_picture(file):
             pictures.append(file)
         elif not file.is_dir():
             others.append(file)
-    return Sifted(tuple(pictures), tuple(faulty), tuple(_summed_up(others)))
+    return FilesByKind(tuple(pictures), tuple(faulty), tuple(_summary(others)))
 
 
 def name_for_people(path: Path) -> str:
-    """A file's name without what a terminal would obey."""
+    """A file's name without control characters."""
     return printable(path.name or str(path), keep="")
 
 
 def name_fault(path: Path) -> Finding | None:
-    """Why a file's name cannot stand in results; None where it can."""
+    """Why a file's name cannot be used in results; None where it can."""
     if name_for_people(path) == path.name:
         return None
     return fault("photo.file.name")
 
 
-def _fault(path: Path) -> Finding | None:
-    """Why what is named as a picture is none that can be opened."""
+def _file_fault(path: Path) -> Finding | None:
+    """Why a file that is named as a picture cannot be opened; None where it may."""
     try:
         mode = path.stat().st_mode
     except PermissionError:
@@ -373,7 +381,7 @@ def _fault(path: Path) -> Finding | None:
 
 
 def _begins_as_picture(path: Path) -> bool:
-    """Whether a file begins as a picture does: its ending may be missing or wrong."""
+    """Whether a file begins as a picture: its suffix may be missing or wrong."""
     if not path.is_file():
         return False
     try:
@@ -381,7 +389,7 @@ def _begins_as_picture(path: Path) -> bool:
             first = stream.read(12)
     except OSError:
         return False
-    return first.startswith(_BEGINNINGS) or (first[4:8] == b"ftyp" and first[8:] in HEIF_BRANDS)
+    return first.startswith(_MAGIC) or (first[4:8] == b"ftyp" and first[8:] in HEIF_BRANDS)
 
 
 def _no_picture(file: Path) -> Finding:
@@ -390,7 +398,7 @@ def _no_picture(file: Path) -> Finding:
     return note("photo.file.no_picture")
 
 
-def _summed_up(others: list[Path]) -> list[SetAside]:
+def _summary(others: list[Path]) -> list[SetAside]:
     if len(others) <= _NAMED_AT_MOST:
         return [SetAside(name_for_people(file), _no_picture(file)) for file in others]
     some = tuple(name_for_people(file) for file in others[:_NAMED_AT_MOST])

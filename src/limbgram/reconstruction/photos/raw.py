@@ -1,14 +1,14 @@
-"""Raw files: what a sensor saw, developed by LibRaw through rawpy (the extra `raw`).
+"""Raw files: a sensor's samples, demosaiced by LibRaw through rawpy (the extra `raw`).
 
 In      a camera's raw file, such as .dng, .nef or .cr3.
 Out     an opened picture for Pillow: eight bits of red, green and blue in the sensor's frame.
         Its header opens at once; it is developed on demand.
-Method  As the camera balanced white, and all photos of a capture alike: nothing is brightened by
-        what a single photo shows, no lens correction is applied, and the whole sensor is kept. It
-        is a few pixels larger than the JPEG that the camera makes of it, so a camera is calibrated
-        from raw files where raw files are measured.
-        EXIF comes from the file where it is built like a TIFF (most are), else from the JPEG that
-        it holds, else from what LibRaw knows of the lens.
+Method  White balance is the camera's, and all photos of a capture are developed alike: none is
+        brightened by its own content, no lens correction is applied, and the whole sensor is kept.
+        That is a few pixels larger than the camera's JPEG, so a camera whose raw files are measured
+        is calibrated from raw files too.
+        EXIF comes from the file where it is a TIFF (most are), else from the JPEG that it holds,
+        else from what LibRaw knows of the lens.
 Fails   OSError or SyntaxError: the file is broken, its camera is not known to LibRaw, or rawpy is
         not there.
 """
@@ -34,8 +34,8 @@ NO_RAW = fault("photo.file.no_raw")
 BAD_RAW = fault("photo.file.bad_raw")
 
 _ORIENTATION_OF_FLIP = {0: 1, 3: 3, 5: 8, 6: 6}
-TIFF = (b"II*\0", b"MM\0*")
-_BROKEN = (OSError, SyntaxError, ValueError, TypeError, LookupError, EOFError, struct.error)
+TIFF_MAGIC = (b"II*\0", b"MM\0*")
+_READING_FAULTS = (OSError, SyntaxError, ValueError, TypeError, LookupError, EOFError, struct.error)
 
 
 class RawPicture(ImageFile):
@@ -47,7 +47,7 @@ class RawPicture(ImageFile):
     _developed = False
 
     def _open(self) -> None:
-        library = _library()
+        library = _rawpy()
         with library.RawPy() as raw:
             try:
                 raw.open_file(os.fsdecode(self.filename))
@@ -68,7 +68,7 @@ class RawPicture(ImageFile):
         """Develop the picture, once."""
         if self._developed:
             return super().load()
-        library = _library()
+        library = _rawpy()
         with library.RawPy() as raw:
             try:
                 raw.open_file(os.fsdecode(self.filename))
@@ -85,7 +85,7 @@ class RawPicture(ImageFile):
         return super().load()
 
 
-def _library() -> Any:
+def _rawpy() -> Any:
     try:
         return import_module("rawpy")
     except ImportError as error:
@@ -93,28 +93,30 @@ def _library() -> Any:
 
 
 def _exif_of(raw: Any, path: Path) -> Image.Exif:
-    """What the file says about its camera."""
+    """EXIF of a raw file, from its header, its preview or LibRaw."""
     exif = Image.Exif()
     try:
         with path.open("rb") as stream:
-            if stream.read(4) in TIFF:
+            if stream.read(4) in TIFF_MAGIC:
                 stream.seek(0)
                 exif.load_from_fp(stream)
-                return _kept(exif)
-        return _kept(Image.open(io.BytesIO(raw.extract_thumb().data), formats=("JPEG",)).getexif())
-    except (*_BROKEN, _library().LibRawError):
-        return _as_libraw_knows(raw)
+                return _camera_fields(exif)
+        return _camera_fields(
+            Image.open(io.BytesIO(raw.extract_thumb().data), formats=("JPEG",)).getexif()
+        )
+    except (*_READING_FAULTS, _rawpy().LibRawError):
+        return _exif_from_libraw(raw)
 
 
-def _kept(read: Image.Exif) -> Image.Exif:
-    """A copy that needs no open file, with the fields that describe the camera."""
+def _camera_fields(read: Image.Exif) -> Image.Exif:
+    """A copy of the fields that describe the camera, which needs no open file."""
     exif = Image.Exif()
     exif.update({tag: read[tag] for tag in (Base.Make, Base.Model) if tag in read})
     exif.get_ifd(IFD.Exif).update(read.get_ifd(IFD.Exif))
     return exif
 
 
-def _as_libraw_knows(raw: Any) -> Image.Exif:
+def _exif_from_libraw(raw: Any) -> Image.Exif:
     exif = Image.Exif()
     details = exif.get_ifd(IFD.Exif)
     details[Base.LensModel] = raw.lens.model

@@ -4,11 +4,11 @@ In      files and folders; hidden files and sub-folders of a folder are left alo
 Out     a PhotoSet: photos sorted by name, their cameras, and what was set aside and why. Photos of
         one camera, lens, focal length, zoom and size share one calibration: each of a phone's
         lenses is a camera, and however it is held it stays the same one.
-Method  Every picture is decoded once: only so a cut-off file shows itself. The steps serve every
-        door by themselves: `candidates_in` says what can be a photo and what it is called,
-        `look_at` judges one file, `photo_set` what is known of all together.
-        Photos are told by name ever after. Where two folders hold photos of one name, as cameras
-        that count alike write them, those of both folders are called by it too:
+Method  Every picture is decoded once, because only that shows a cut-off file. Callers can use the
+        steps separately: `candidates_in` lists what can be a photo and its name, `read_photo` reads
+        one file, `photo_set` puts all together.
+        Photos are identified by name afterwards. Where two folders hold photos of one name, as
+        cameras with the same numbering write them, names begin with the folder's:
         100APPLE_IMG_0001.JPG.
 Fails   PhotoError: a source does not exist, or fewer than two photos are left.
 """
@@ -28,11 +28,11 @@ from limbgram.findings import Finding, fault, note
 from limbgram.reconstruction.photos.decoding import (
     DECODING_FAULTS,
     MEGAPIXELS_DECODER,
+    bit_depth,
     decoding_fault,
     decoding_mb,
-    depth_of,
+    has_16_bits,
     in_flight_mb,
-    is_deep,
     load_colour,
     load_luma,
     luma_of,
@@ -56,11 +56,11 @@ from limbgram.reconstruction.photos.photo import (
     SetAside,
     left_out,
 )
-from limbgram.reconstruction.photos.quality import judged, name_for_people, sifted
+from limbgram.reconstruction.photos.quality import assessed, files_by_kind, name_for_people
 from limbgram.reconstruction.photos.raw import HAS_RAW, NO_RAW, RAW_SUFFIXES
 
 
-def grouped(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSet:
+def grouped_by_camera(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSet:
     """The photos with their cameras, numbered in the order in which the photos show them."""
     groups: dict[tuple[str | float | None, ...], CameraGroup] = {}
     keys: list[tuple[str | float | None, ...]] = []
@@ -71,7 +71,7 @@ def grouped(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSe
         keys.append(key)
         if key not in groups:
             groups[key] = CameraGroup(
-                label=_label(exif),
+                label=_camera_label(exif),
                 width_px=width_px,
                 height_px=height_px,
                 exif=replace(exif, quarter_turns=0, mirrored=False),
@@ -84,7 +84,7 @@ def grouped(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSe
     )
 
 
-def _label(exif: Exif) -> str:
+def _camera_label(exif: Exif) -> str:
     model = exif.model or "unknown camera"
     if exif.make and not model.lower().startswith(exif.make.lower().split()[0]):
         model = f"{exif.make} {model}"
@@ -102,11 +102,11 @@ __all__ = [
     "load_colour",
     "load_luma",
     "load_mask",
-    "look_at",
-    "masked_by",
     "names_apart",
     "photo_set",
+    "read_photo",
     "read_photos",
+    "with_masks_in",
 ]
 
 _SMALLEST_SIDE_PX = 64
@@ -115,8 +115,8 @@ _MOST_PX_PER_BYTE = 1000
 photos pack 2 to 20. A damaged TIFF of 14 kB that claimed 57 megapixels was decoded, most of it
 black."""
 _NAMED_AT_MOST = 5
-_LOOKING_MB = 80.0
-"""For looking at the sharpness of a photo's middle part."""
+_SHARPNESS_MB = 80.0
+"""Memory for measuring the sharpness of a photo."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,8 +139,8 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
         PhotoError: a source does not exist, or fewer than `min_photos` photos are left.
     """
     found = candidates_in(sources)
-    looked = look_at_all([one.path for one in found.photos], options)
-    photos = photo_set(found, looked)
+    read = read_each([one.path for one in found.photos], options)
+    photos = photo_set(found, read)
     if len(photos.photos) < max(1, options.min_photos):
         raise _too_few(sources, photos, options)
     return photos
@@ -148,7 +148,7 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
 
 @dataclass(frozen=True)
 class Candidate:
-    """A file that can be a photo, and what it is called ever after."""
+    """A file that can be a photo, and the photo's name."""
 
     path: Path
     name: str
@@ -169,7 +169,7 @@ def candidates_in(sources: Sequence[Path]) -> Candidates:
         PhotoError: a source does not exist.
     """
     files, set_aside = _files_in(sources)
-    parted = sifted(sorted(files, key=natural_order))
+    parted = files_by_kind(sorted(files, key=natural_order))
     masks = masks_among(parted.pictures)
     photos = [file for file in parted.pictures if file not in masks]
     names = names_apart([*photos, *(file for file, _ in parted.faulty)])
@@ -181,29 +181,29 @@ def candidates_in(sources: Sequence[Path]) -> Candidates:
     )
 
 
-def look_at_all(files: Sequence[Path], options: PhotoOptions) -> list[Photo | SetAside]:
-    """`look_at` for many files, as memory allows."""
+def read_each(files: Sequence[Path], options: PhotoOptions) -> list[Photo | SetAside]:
+    """`read_photo` for many files, in parallel as memory allows."""
     if not 0 < options.max_megapixels <= MEGAPIXELS_DECODER:
         raise OptionsError("photo.max_megapixels", most=MEGAPIXELS_DECODER)
-    each_mb = max((_reading_mb(file, options) for file in files), default=0.0)
-    return in_parallel(lambda file: look_at(file, options), files, each_mb=each_mb)
+    each_mb = max((_memory_mb(file, options) for file in files), default=0.0)
+    return in_parallel(lambda file: read_photo(file, options), files, each_mb=each_mb)
 
 
-def photo_set(candidates: Candidates, looked: Sequence[Photo | SetAside]) -> PhotoSet:
-    """The photos of a capture of which each candidate was looked at."""
+def photo_set(candidates: Candidates, read: Sequence[Photo | SetAside]) -> PhotoSet:
+    """The PhotoSet of a capture, from its candidates and what each was read as."""
     named = [
-        replace(one, name=candidate.name)
-        for candidate, one in zip(candidates.photos, looked, strict=True)
+        replace(result, name=candidate.name)
+        for candidate, result in zip(candidates.photos, read, strict=True)
     ]
-    photos, repeated = _without_repeats(one for one in named if isinstance(one, Photo))
+    photos, repeated = _without_repeats(result for result in named if isinstance(result, Photo))
     photos, bad_masks = _without_bad_masks(photos)
-    faulty = [one for one in named if isinstance(one, SetAside)]
+    faulty = [result for result in named if isinstance(result, SetAside)]
     set_aside = (*candidates.set_aside, *faulty, *repeated, *bad_masks)
-    return grouped(_of_one_depth(photos), set_aside)
+    return grouped_by_camera(_at_common_bit_depth(photos), set_aside)
 
 
-def masked_by(photos: PhotoSet, folder: Path) -> PhotoSet:
-    """The photos with the masks in a folder instead of those that lie beside them.
+def with_masks_in(photos: PhotoSet, folder: Path) -> PhotoSet:
+    """The photos with the masks in a folder instead of those beside them.
 
     Raises:
         PhotoError: it is no folder.
@@ -214,12 +214,12 @@ def masked_by(photos: PhotoSet, folder: Path) -> PhotoSet:
         for one in photos.photos
     ]
     kept, bad_masks = _without_bad_masks(named)
-    again = in_parallel(_judged_again, kept, each_mb=in_flight_mb(kept) + _LOOKING_MB)
+    again = in_parallel(_reassessed, kept, each_mb=in_flight_mb(kept) + _SHARPNESS_MB)
     return replace(photos, photos=tuple(again), set_aside=(*photos.set_aside, *bad_masks))
 
 
 def _files_in(sources: Sequence[Path]) -> tuple[Collection[Path], list[SetAside]]:
-    """Files named or lying in named folders, each once."""
+    """The given files and the files in given folders, each once."""
     files: dict[Path, Path] = {}
     set_aside: list[SetAside] = []
     for source in sources:
@@ -249,15 +249,15 @@ def names_apart(files: Collection[Path]) -> dict[Path, str]:
     for file, folder in folders.items():
         holding[file.stem.casefold()].add(folder)
     shared = {folder for alike in holding.values() if len(alike) > 1 for folder in alike}
-    labels = _labels(shared)
+    labels = _distinct_labels(shared)
     return {
         file: f"{labels[folder]}_{file.name}" if folder in shared else file.name
         for file, folder in folders.items()
     }
 
 
-def _labels(folders: Collection[Path]) -> dict[Path, str]:
-    """As much of the end of each path as tells it from the others."""
+def _distinct_labels(folders: Collection[Path]) -> dict[Path, str]:
+    """The shortest ends of the paths that differ from each other."""
     labels: dict[Path, str] = {}
     parts = {folder: folder.relative_to(folder.anchor).parts for folder in folders}
     for count in range(1, 1 + max(map(len, parts.values()), default=0)):
@@ -268,44 +268,44 @@ def _labels(folders: Collection[Path]) -> dict[Path, str]:
 
 
 def natural_order(path: Path) -> tuple[list[tuple[int, int, str]], str]:
-    """IMG_9 before IMG_10."""
+    """Sort key that puts IMG_9 before IMG_10."""
     parts = re.split(r"(\d+)", path.name)
     return [
         (0, int(part), "") if part.isdecimal() else (1, 0, part.lower()) for part in parts if part
     ], str(path)
 
 
-def look_at(path: Path, options: PhotoOptions = DEFAULTS) -> Photo | SetAside:
-    """A photo, decoded once as a whole and judged; or why the file is none that can be used."""
+def read_photo(path: Path, options: PhotoOptions = DEFAULTS) -> Photo | SetAside:
+    """A photo, decoded once and assessed; or why the file cannot be used."""
     if path.suffix.lower() in RAW_SUFFIXES and not HAS_RAW:
         return SetAside(path.name, NO_RAW)
     try:
-        return _decoded(path, options)
+        return _decode_and_assess(path, options)
     except DECODING_FAULTS as error:
         return SetAside(path.name, decoding_fault(path, error))
 
 
-def _reading_mb(path: Path, options: PhotoOptions) -> float:
-    """Memory for one file while it is read; 0 where nothing of it is decoded."""
+def _memory_mb(path: Path, options: PhotoOptions) -> float:
+    """Memory for one file while it is read; 0 where it is not decoded."""
     try:
         with open_picture(path) as picture:
-            pixels, deep = picture.width * picture.height, is_deep(picture)
+            pixels, deep = picture.width * picture.height, has_16_bits(picture)
     except DECODING_FAULTS:
         return 0.0
     used = pixels <= options.max_megapixels * 1e6
-    return decoding_mb(path, pixels, deep=deep) + _LOOKING_MB if used else 0.0
+    return decoding_mb(path, pixels, deep=deep) + _SHARPNESS_MB if used else 0.0
 
 
-def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
-    """Raises one of DECODING_FAULTS."""
+def _decode_and_assess(path: Path, options: PhotoOptions) -> Photo | SetAside:
+    """Decode a file and assess its quality. Raises one of DECODING_FAULTS."""
     if path.stat().st_size == 0:
         return SetAside(path.name, fault("photo.file.empty"))
     with open_picture(path) as picture:
-        if unfit := _unfit(path, picture, options):
+        if unfit := _why_unfit(path, picture, options):
             return SetAside(path.name, unfit)
         width_px, height_px = picture.size
-        # Before EXIF: a fault in the pixels must show here.
-        bits = depth_of(picture)
+        # Pixels come before EXIF, so that a fault in them shows here.
+        bits = bit_depth(picture)
         luma = luma_of(picture, bits)
         opacity = opacity_of(picture)
         if opacity is not None and not opacity.any():
@@ -329,11 +329,11 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
         mask = load_mask(photo)
     except PhotoError:  # a bad mask is set aside with its reason once all files are known
         mask = None
-    return judged(photo, luma, mask)
+    return assessed(photo, luma, mask)
 
 
-def _unfit(path: Path, picture: ImageFile, options: PhotoOptions) -> Finding | None:
-    """Why a picture is not decoded, by what its file says before its pixels are read."""
+def _why_unfit(path: Path, picture: ImageFile, options: PhotoOptions) -> Finding | None:
+    """Why a picture is not decoded, by its header; None where it is."""
     width_px, height_px = picture.size
     size_px, size_bytes = width_px * height_px, path.stat().st_size
     sides = {"width_px": width_px, "height_px": height_px}
@@ -342,7 +342,7 @@ def _unfit(path: Path, picture: ImageFile, options: PhotoOptions) -> Finding | N
         return fault("photo.file.too_large", **sides, most_megapixels=most)
     if size_bytes * _MOST_PX_PER_BYTE < size_px:
         return fault("photo.file.lacking", **sides, size_bytes=size_bytes)
-    needed_mb = decoding_mb(path, size_px, deep=is_deep(picture)) + _LOOKING_MB
+    needed_mb = decoding_mb(path, size_px, deep=has_16_bits(picture)) + _SHARPNESS_MB
     if needed_mb > budget_mb() - PROGRAM_MB:
         return fault(
             "photo.file.needs_memory",
@@ -356,21 +356,21 @@ def _unfit(path: Path, picture: ImageFile, options: PhotoOptions) -> Finding | N
     return fault("photo.file.floating") if picture.mode == "F" else None
 
 
-def _of_one_depth(photos: Sequence[Photo]) -> list[Photo]:
-    """Deep photos alike: by itself, a dark one would be taken for one of fewer bits."""
+def _at_common_bit_depth(photos: Sequence[Photo]) -> list[Photo]:
+    """Photos of sixteen bits a sample at one bit depth: a dark one seems to have fewer bits."""
     bits = max((photo.bits for photo in photos if photo.bits is not None), default=None)
     return [
-        photo if photo.bits in (None, bits) else _judged_again(replace(photo, bits=bits))
+        photo if photo.bits in (None, bits) else _reassessed(replace(photo, bits=bits))
         for photo in photos
     ]
 
 
-def _judged_again(photo: Photo) -> Photo:
-    return judged(photo, load_luma(photo), load_mask(photo))
+def _reassessed(photo: Photo) -> Photo:
+    return assessed(photo, load_luma(photo), load_mask(photo))
 
 
 def _without_repeats(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAside]]:
-    """Each picture once, and each name once, since names identify photos ever after."""
+    """Each picture once and each name once, because names identify photos."""
     by_digest: dict[str, Photo] = {}
     by_name: dict[str, Photo] = {}
     set_aside: list[SetAside] = []

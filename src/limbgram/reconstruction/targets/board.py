@@ -26,12 +26,22 @@ DICTIONARIES: dict[str, int] = {
 """Marker dictionaries by name, without the DICT_ that OpenCV puts before them."""
 
 KIT_DICTIONARY = "APRILTAG_36H11"
-"""Of the marks that are printed here: its codes differ in 11 bits at least, so that paint is
-hardly ever taken for one, and no mark of the scale board (4X4_50) for another."""
+"""Dictionary of the marks that are printed here: its codes differ in 11 bits at least, so that
+paint is hardly ever read as one, and no mark of the scale board (4X4_50) as another."""
 
 
-_CELLS = 6
-"""Cells of a square without a marker."""
+def marker_dictionary(name: str) -> cv2.aruco.Dictionary:
+    """OpenCV's dictionary of a name in DICTIONARIES."""
+    return cv2.aruco.getPredefinedDictionary(DICTIONARIES[name])
+
+
+def code_count(name: str) -> int:
+    """Number of codes in a dictionary; their ids run from 0."""
+    return len(marker_dictionary(name).bytesList)
+
+
+_CELLS_ACROSS = 6
+"""Cells along the side of a square without a marker."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +107,11 @@ class Board:
         return across - 1, down - 1
 
     @property
+    def marker_first(self) -> bool:
+        """Whether the first square holds a marker."""
+        return self.legacy and self.rows % 2 == 0
+
+    @property
     def has_quarter_turns(self) -> bool:
         """Whether corners cannot tell x from y: a checkerboard with as many rows as columns."""
         return self.kind == "checkerboard" and self.columns == self.rows
@@ -113,10 +128,10 @@ class Board:
         columns, rows = self.squares
         white = np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1
         if self.kind == "checkerboard":
-            cells = np.zeros((rows, columns, _CELLS, _CELLS), np.uint8)
+            cells = np.zeros((rows, columns, _CELLS_ACROSS, _CELLS_ACROSS), np.uint8)
             cells[white] = 1
             return cells
-        markers = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
+        markers = marker_dictionary(self.dictionary)
         side = markers.markerSize + 2
         cells = np.zeros((rows, columns, side, side), np.uint8)
         for number, (row, column) in enumerate(np.argwhere(white)):
@@ -125,7 +140,7 @@ class Board:
 
     def opencv(self) -> cv2.aruco.CharucoBoard:
         """The same ChArUco board as OpenCV has it."""
-        markers = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
+        markers = marker_dictionary(self.dictionary)
         board = cv2.aruco.CharucoBoard(self.squares, self.square_mm, self.marker_mm, markers)
         board.setLegacyPattern(self.legacy)
         return board
@@ -184,12 +199,12 @@ def _check_markers(board: Board) -> None:
     if not 0 < board.marker_mm < board.square_mm:
         raise OptionsError("board.marker", marker_mm=board.marker_mm, square_mm=board.square_mm)
     across, down = board.squares
-    there = len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[board.dictionary]).bytesList)
-    if across * down // 2 > there:
+    codes = code_count(board.dictionary)
+    if across * down // 2 > codes:
         raise OptionsError(
             "board.few_markers",
             dictionary=board.dictionary,
-            there=there,
+            there=codes,
             across=across,
             down=down,
             needed=across * down // 2,
@@ -197,14 +212,14 @@ def _check_markers(board: Board) -> None:
 
 
 SCALE_BOARD = Board.charuco("7x5", 30.0, 22.0, "4X4_50")
-"""The one that is printed to lie beside the limb, and looked for unless another is named."""
+"""Board that is printed to lie beside the limb, and looked for unless another is named."""
 LENS_BOARD = Board.checkerboard("14x10", 10.0)
-"""The one that is printed to calibrate a camera."""
+"""Board that is printed to calibrate a camera."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoCorners:
-    """The corners of the board seen in one photo."""
+    """Inner corners of the board in one photo."""
 
     name: str
     photo_idx: int
@@ -219,7 +234,7 @@ class PhotoCorners:
     step_px: float
     """Median side of a square in this photo."""
     doubtful_ids: Int32[np.ndarray, " m"]
-    """Corners that were found but not believed."""
+    """Corners that were found but rejected."""
     doubtful_xy_px: Float64[np.ndarray, "m 2"]
     doubts: tuple[str, ...]
     """Why, for each doubtful corner: the code of a finding."""

@@ -1,21 +1,21 @@
-"""Board detection in photos: search, sub-pixel fit, and a check of every corner.
+"""Board detection: search in photos, corner refinement, and a check of every corner.
 
 In      a PhotoSet, and the Board.
 Out     BoardDetections.
-Method  OpenCV's detectors give ids and rough places; a model of each crossing is fitted to the
-        pixels (`targets.corners`); a corner is believed if its fit is good and it lies where a flat
+Method  OpenCV's detectors give ids and approximate corners; a model of each corner is fitted to the
+        pixels (`targets.corners`); a corner is accepted if its fit is good and it lies where a flat
         board has it.
         Checkerboards: on eight sets of board photos OpenCV's classic detector found all boards that
         its sector-based one (SB) found, but for a few, in a thirtieth of the time; where it fails,
         SB is asked.
-        The check: pixels, freed of radial distortion by a division model of two terms about the
-        picture's centre (Fitzgibbon 2001), map to the board by a homography: ten unknowns, robust
-        weights, first forgiving and then strict. The lens need not be known, it may be very wide,
-        and no corner is trusted.
-        Where hardly any photo shows it firmly, its markers are read by themselves, in the photos as
-        they are and mirrored: they tell which board they lie on (`targets.layout`), and that
-        photos are mirrored where more of them agree so. Else blur or light may hide the board. A
-        checkerboard looks the same in a mirror: only a ChArUco board can show that a photo was
+        The check: a homography maps pixels, freed of radial distortion by a division model of two
+        terms about the picture's centre (Fitzgibbon 2001), to the board: ten unknowns, robust
+        weights with a scale that falls from fit to fit. The lens need not be known and may be very
+        wide, and no corner is taken as correct beforehand.
+        Where few photos show the board clearly, its markers are read by themselves, in the photos
+        as taken and mirrored: they tell the board's layout (`targets.layout`), and that photos are
+        mirrored where more markers agree so. Otherwise blur or light may hide the board. A
+        checkerboard looks the same in a mirror: only a ChArUco board shows that a photo was
         mirrored.
 """
 
@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, Int32, UInt8
+from jaxtyping import Float64, Int32
 from scipy.optimize import least_squares
 
 from limbgram.core.geometry.arrays import GreyImage, Points2
@@ -34,80 +34,84 @@ from limbgram.findings import Finding, doubt, fault, note
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import common_fault
+from limbgram.reconstruction.photos.resizing import downsampled
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
 from limbgram.reconstruction.targets.corners import fit_corners
 from limbgram.reconstruction.targets.layout import (
-    CORNERS_BY_CHANCE,
+    MOST_CORNERS_BY_CHANCE,
+    DetectedMarkers,
     Layout,
-    MarkersRead,
-    agreeing_with,
-    layout_of,
-    other_ratio,
-    read_markers,
+    best_layout,
+    conflicting_ratio,
+    count_in_place,
+    detect_markers,
 )
 
 
 class FoundCorners(NamedTuple):
-    """Corners as they were found, not yet fitted or checked."""
+    """Corners as the detector found them, not yet refined or checked."""
 
     ids: Int32[np.ndarray, " n"]
     xy_px: Points2
     markers: int
-    """Markers of the board that were read,"""
+    """Markers of the board that were read."""
     agreeing: int
-    """and those of them that lie as on the board."""
+    """Markers among them that lie as on the board."""
 
 
 def find_charuco(luma: GreyImage, board: Board) -> FoundCorners:
-    """Inner corners of the board that lie between markers that were read."""
+    """Inner corners of the board next to markers that were read."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     interpolation = cv2.aruco.CharucoParameters()
     interpolation.minMarkers = 1
     detector = cv2.aruco.CharucoDetector(board.opencv(), interpolation, parameters)
     corners, ids, marker_corners, marker_ids = detector.detectBoard(luma)
-    ids = _rows(ids).astype(np.int32).ravel()
+    ids = _array_or_empty(ids).astype(np.int32).ravel()
     order = np.argsort(ids, kind="stable")
-    read = MarkersRead.of(marker_ids, marker_corners)
-    markers, agreeing = len(read.numbers), agreeing_with(read, board)
-    return FoundCorners(ids[order], _rows(corners).reshape(-1, 2)[order], markers, agreeing)
+    read = DetectedMarkers.from_opencv(marker_ids, marker_corners)
+    markers, agreeing = len(read.ids), count_in_place(read, board)
+    return FoundCorners(
+        ids[order], _array_or_empty(corners).reshape(-1, 2)[order], markers, agreeing
+    )
 
 
-def _rows(found: object) -> np.ndarray:
-    """OpenCV's array, or an empty one for its None."""
+def _array_or_empty(found: object) -> np.ndarray:
+    """OpenCV's array, or an empty one in place of None."""
     return np.zeros(0) if found is None else np.asarray(found, float)
 
 
-_FEWEST_IN_PLACE = 2
-"""Markers of a photo that shows the board: one alone is anything that looks like it."""
+_FEWEST_MARKERS_IN_PLACE = 2
+"""Markers in place that show the board in a photo: one alone may be anything similar."""
 
 
 _LONG_SIDE_PX = 1600
-_CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+_CLASSIC_FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 
 
 def find_checkerboard(luma: GreyImage, board: Board) -> Points2 | None:
     """Inner corners row by row, or None where the whole board is not seen.
 
-    Photos larger than the detectors like are searched in a reduced copy first.
+    Large photos are searched in a reduced copy first.
     """
-    small, factor = reduced(luma, _LONG_SIDE_PX)
-    found = _classic(small, board.inner)
+    factor = _search_factor(luma)
+    small = downsampled(luma, factor)
+    found = _find_classic(small, board.inner)
     if found is None:
-        found = _sector_based(small, board.inner)
+        found = _find_sector_based(small, board.inner)
     if found is None and factor < 1.0:
-        found, factor = _classic(luma, board.inner), 1.0
+        found, factor = _find_classic(luma, board.inner), 1.0
     if found is None:
         return None
-    return _from_top_left((found + 0.5) / factor - 0.5, board.inner)
+    return _unmirrored((found + 0.5) / factor - 0.5, board.inner)
 
 
-def likely_inner(luma: GreyImage, board: Board) -> tuple[int, int] | None:
-    """Another number of inner corners that does fit the photo, to explain a failure.
+def other_inner_that_fits(luma: GreyImage, board: Board) -> tuple[int, int] | None:
+    """Another number of inner corners that fits the photo, to explain a failure.
 
-    Tried are the mistakes people make: squares counted for corners, or one row missed.
+    The usual mistakes are tried: squares counted instead of corners, or one row missed.
     """
-    small, _ = reduced(luma, _LONG_SIDE_PX)
+    small = downsampled(luma, _search_factor(luma))
     across, down = board.inner
     for inner in [
         (across - 1, down - 1),
@@ -117,39 +121,32 @@ def likely_inner(luma: GreyImage, board: Board) -> tuple[int, int] | None:
         (across + 1, down),
         (across, down + 1),
     ]:
-        if min(inner) > 2 and _classic(small, inner, cv2.CALIB_CB_FAST_CHECK) is not None:
+        if min(inner) > 2 and _find_classic(small, inner, cv2.CALIB_CB_FAST_CHECK) is not None:
             return inner
     return None
 
 
-def reduced(
-    luma: GreyImage, long_side_px: int
-) -> tuple[UInt8[np.ndarray, "small_h small_w"], float]:
-    """A copy no longer than asked, and its scale (x_small = (x + 0.5) * scale - 0.5)."""
-    factor = long_side_px / max(luma.shape)
-    if factor >= 1.0:
-        return luma, 1.0
-    size = (round(luma.shape[1] * factor), round(luma.shape[0] * factor))
-    small = cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
-    return np.asarray(small, np.uint8), factor
+def _search_factor(luma: GreyImage) -> float:
+    """Factor by which checkerboards are searched smaller, at most 1."""
+    return min(_LONG_SIDE_PX / max(luma.shape), 1.0)
 
 
-def _classic(luma: GreyImage, inner: tuple[int, int], more_flags: int = 0) -> Points2 | None:
-    found, corners = cv2.findChessboardCorners(luma, inner, flags=_CLASSIC | more_flags)
+def _find_classic(luma: GreyImage, inner: tuple[int, int], more_flags: int = 0) -> Points2 | None:
+    found, corners = cv2.findChessboardCorners(luma, inner, flags=_CLASSIC_FLAGS | more_flags)
     return np.asarray(corners, float).reshape(-1, 2) if found else None
 
 
-def _sector_based(luma: GreyImage, inner: tuple[int, int]) -> Points2 | None:
+def _find_sector_based(luma: GreyImage, inner: tuple[int, int]) -> Points2 | None:
     found, corners = cv2.findChessboardCornersSB(luma, inner, flags=cv2.CALIB_CB_EXHAUSTIVE)
     return np.asarray(corners, float).reshape(-1, 2) if found else None
 
 
-def _from_top_left(xy_px: Points2, inner: tuple[int, int]) -> Points2:
-    """Order the corners so that the board's z points away from the camera.
+def _unmirrored(xy_px: Points2, inner: tuple[int, int]) -> Points2:
+    """The corners in an order in which the board's z axis points away from the camera.
 
-    Seen from the front, x to y must turn clockwise in the picture (its y points down); a
-    detector that reads the board mirrored is corrected by reversing its rows. Half a turn is
-    left open where the print allows it.
+    Seen from the front, x to y turns clockwise in the picture (its y points down); rows are
+    reversed where a detector reads the board mirrored. A half turn stays undecided where the
+    print looks the same.
     """
     grid = xy_px.reshape(inner[1], inner[0], 2)
     along_x = grid[:, -1] - grid[:, 0]
@@ -160,10 +157,10 @@ def _from_top_left(xy_px: Points2, inner: tuple[int, int]) -> Points2:
     return np.ascontiguousarray(grid.reshape(-1, 2))
 
 
-_FOR_LENS = 12
-"""Corners from which the two distortion terms are fitted too."""
-_SCALES_PX = (10.0, 1.0, 0.3)
-"""Misses beyond which a corner loses weight, from the first fit to the last."""
+_CORNERS_FOR_DISTORTION = 12
+"""Corners from which on the two distortion terms are fitted too."""
+_CAUCHY_SCALES_PX = (10.0, 1.0, 0.3)
+"""Scale of the Cauchy loss, from the first fit to the last."""
 
 
 def board_residuals_px(
@@ -172,7 +169,7 @@ def board_residuals_px(
     sides_px: Float64[np.ndarray, "n 2 2"],
     size_px: tuple[int, int],
 ) -> Float64[np.ndarray, "n 2"]:
-    """Modelled minus found corners; NaN where fewer than five corners leave nothing to check.
+    """Corners of a flat board minus detected corners; NaN for fewer than five, which check nothing.
 
     Args:
         board_squares: The corners on the board, in squares.
@@ -182,46 +179,48 @@ def board_residuals_px(
     if len(xy_px) < 5:
         return np.full(xy_px.shape, np.nan)
     centre = 0.5 * (np.array(size_px) - 1.0)
-    seen = (xy_px - centre) / (0.5 * float(np.hypot(*size_px)))
+    normalised = (xy_px - centre) / (0.5 * float(np.hypot(*size_px)))
     origin = board_squares.mean(axis=0)
     centred = board_squares - origin
-    start = np.array(cv2.findHomography(seen, centred, cv2.LMEDS)[0], float)
+    start = np.array(cv2.findHomography(normalised, centred, cv2.LMEDS)[0], float)
     if start.shape != (3, 3) or abs(start[2, 2]) < 1e-9:
         return np.full(xy_px.shape, np.nan)
-    unknowns = (start / start[2, 2]).ravel()[:8]
-    if len(xy_px) >= _FOR_LENS:
-        unknowns = np.concatenate([unknowns, [0.0, 0.0]])
+    parameters = (start / start[2, 2]).ravel()[:8]
+    if len(xy_px) >= _CORNERS_FOR_DISTORTION:
+        parameters = np.concatenate([parameters, [0.0, 0.0]])
 
-    def misses_px(unknowns: np.ndarray) -> np.ndarray:
-        off_squares = _on_board(unknowns, seen) - centred
+    def residuals_px(parameters: np.ndarray) -> np.ndarray:
+        off_squares = _map_to_board(parameters, normalised) - centred
         return np.einsum("ni,nij->nj", off_squares, sides_px).ravel()
 
-    for scale_px in _SCALES_PX:
-        unknowns = least_squares(
-            misses_px, unknowns, loss="cauchy", f_scale=scale_px, x_scale="jac"
+    for scale_px in _CAUCHY_SCALES_PX:
+        parameters = least_squares(
+            residuals_px, parameters, loss="cauchy", f_scale=scale_px, x_scale="jac"
         ).x
-    return misses_px(unknowns).reshape(-1, 2)
+    return residuals_px(parameters).reshape(-1, 2)
 
 
-def _on_board(unknowns: np.ndarray, seen: Points2) -> Points2:
-    """Places on the board of pixels given in half diagonals from the picture's centre."""
-    rows = np.append(unknowns[:8], 1.0).reshape(3, 3)
-    weight = np.ones((len(seen), 1))
-    if len(unknowns) > 8:
-        r2 = (seen**2).sum(axis=1, keepdims=True)
-        weight = 1.0 + r2 * (unknowns[8] + r2 * unknowns[9])
-    mapped = seen @ rows[:, :2].T + weight * rows[:, 2]
+def _map_to_board(parameters: np.ndarray, normalised: Points2) -> Points2:
+    """Board coordinates of pixels, which are given in half diagonals from the picture's centre."""
+    rows = np.append(parameters[:8], 1.0).reshape(3, 3)
+    weight = np.ones((len(normalised), 1))
+    if len(parameters) > 8:
+        r2 = (normalised**2).sum(axis=1, keepdims=True)
+        weight = 1.0 + r2 * (parameters[8] + r2 * parameters[9])
+    mapped = normalised @ rows[:, :2].T + weight * rows[:, 2]
     return mapped[:, :2] / np.where(np.abs(mapped[:, 2:]) < 1e-9, 1e-9, mapped[:, 2:])
 
 
 _MIN_CORNERS = 6
-"""Believed corners without which a photo is set aside."""
+"""Accepted corners that a photo needs."""
 _MAX_OFF_BOARD_PX = 0.5
-"""Accepted distance from the flat board's image, or `max_off_board_spread` if larger."""
-_MAX_OFF_BOARD_SPREAD = 6.0
+"""Accepted distance from the flat board's image, px; the larger of the two limits holds."""
+_MAX_OFF_BOARD_SIGMAS = 6.0
 """The same in robust standard deviations of the photo's corners."""
+_RAYLEIGH_MEDIAN = 1.1774
+"""Median distance of points that scatter with sigma 1 in both coordinates."""
 _MAX_REACH_PX = 40.0
-"""Half side of the fit's window at most."""
+"""Largest half side of the fit's window."""
 
 
 _MIN_CONTRAST = 8.0
@@ -229,15 +228,15 @@ _MIN_CONTRAST = 8.0
 _MAX_MISFIT = 0.35
 """RMS of the corner fit's grey residuals over its contrast."""
 _MAX_SHIFT = 0.2
-"""Farthest that the fit may move a corner from where it was detected, in squares."""
+"""Largest distance of a refined corner from the detected one, in squares."""
 _REACH = 0.45
 """Half side of the fit's window in squares (less where markers are near)."""
 
 
-_ASKED_FOR_RATIO = 6
-"""Photos that show the board largest tell how much of a square a marker fills."""
+_PHOTOS_FOR_RATIO = 6
+"""Photos, those with the largest board, in which the ratio of marker to square is measured."""
 _FEW_PHOTOS = 3
-"""With fewer photos of the board neither a camera nor a scale can be told."""
+"""Fewer photos of the board give neither a camera nor a scale."""
 SEARCH_BYTES = 7.0
 """A pixel, while a board is looked for: 5.8 (ChArUco) and less (checkerboard) on 24 MP."""
 
@@ -245,49 +244,49 @@ SEARCH_BYTES = 7.0
 def find_board(photos: PhotoSet, board: Board) -> BoardDetections:
     """Find the corners of one board in every photo that shows it.
 
-    A board of the given size that was printed in the other pattern of OpenCV is read in that one.
-    One whose markers fill another part of their squares is another board: then one of both sizes
-    was given wrongly, and with the squares' the scale.
+    A board of the given size that is printed in OpenCV's other pattern is read in that pattern. One
+    with another ratio of marker to square is another board: one of both sizes was stated wrongly,
+    and with that of the squares the scale.
     """
-    found = _detected(photos, board)
-    firm = sum(len(one.ids) > CORNERS_BY_CHANCE for one in found.photos)
+    found = _detect(photos, board)
+    firmly_shown = sum(len(one.ids) > MOST_CORNERS_BY_CHANCE for one in found.photos)
     if board.kind == "checkerboard":
         return found
-    if firm >= _FEW_PHOTOS:
-        largest = sorted(found.photos, key=lambda one: -one.step_px)[:_ASKED_FOR_RATIO]
+    if firmly_shown >= _FEW_PHOTOS:
+        largest = sorted(found.photos, key=lambda one: -one.step_px)[:_PHOTOS_FOR_RATIO]
         read = in_parallel(
-            lambda one: read_markers(load_luma(photos.photos[one.photo_idx]), board),
+            lambda one: detect_markers(load_luma(photos.photos[one.photo_idx]), board),
             largest,
             each_mb=in_flight_mb(photos.photos, SEARCH_BYTES),
         )
-        return _of_this_ratio(found, read, board)
-    shown, swapped, read = _layouts(photos, board)
-    if swapped.markers > shown.markers:
-        return _not_this(found, fault("board.mirrored", photos=swapped.photos))
-    if shown.is_of(board) or shown.photos <= firm:
-        return _of_this_ratio(found, read, board)
-    other_pattern = replace(board, legacy=shown.marker_first)
-    if shown.is_of(other_pattern):
-        return _detected(photos, other_pattern)
+        return _with_checked_ratio(found, read, board)
+    as_taken, mirrored, read = _read_layouts(photos, board)
+    if mirrored.markers > as_taken.markers:
+        return _rejected(found, fault("board.mirrored", photos=mirrored.photos))
+    if as_taken.is_of(board) or as_taken.photos <= firmly_shown:
+        return _with_checked_ratio(found, read, board)
+    other_pattern = replace(board, legacy=as_taken.marker_first)
+    if as_taken.is_of(other_pattern):
+        return _detect(photos, other_pattern)
     other_layout = fault(
         "board.other_layout",
-        columns=shown.columns,
-        rows=shown.rows,
-        legacy=shown.marker_first,
+        columns=as_taken.columns,
+        rows=as_taken.rows,
+        legacy=as_taken.marker_first,
         given_columns=board.columns,
         given_rows=board.rows,
     )
-    return _not_this(found, other_layout)
+    return _rejected(found, other_layout)
 
 
-def _of_this_ratio(
-    found: BoardDetections, read: Sequence[MarkersRead], board: Board
+def _with_checked_ratio(
+    found: BoardDetections, read: Sequence[DetectedMarkers], board: Board
 ) -> BoardDetections:
-    """The corners, unless the markers fill their squares otherwise than was given.
+    """The detections, rejected where the ratio of marker to square contradicts the given one.
 
-    Photos that share a fault do not tell it: burnt white eats into the black of markers.
+    Photos with a common fault do not tell: overexposed white eats into the black of markers.
     """
-    ratio = other_ratio(read, board)
+    ratio = conflicting_ratio(read, board)
     if ratio is None or found.cause is not None:
         return found
     cause = fault(
@@ -298,16 +297,16 @@ def _of_this_ratio(
         marker_mm=board.marker_mm,
         fitting_mm=ratio * board.square_mm,
     )
-    return _not_this(found, cause)
+    return _rejected(found, cause)
 
 
-def _not_this(found: BoardDetections, cause: Finding) -> BoardDetections:
-    """Without the corners between markers that were misread."""
+def _rejected(found: BoardDetections, cause: Finding) -> BoardDetections:
+    """The detections without any photo, because markers were misread."""
     misread = (SetAside(one.name, doubt("board.photo.misread")) for one in found.photos)
     return replace(found, photos=(), set_aside=(*found.set_aside, *misread), cause=cause)
 
 
-def _detected(photos: PhotoSet, board: Board) -> BoardDetections:
+def _detect(photos: PhotoSet, board: Board) -> BoardDetections:
     def work(photo_idx: int) -> PhotoCorners | SetAside:
         photo = photos.photos[photo_idx]
         return find_in_photo(photo, photo_idx, load_luma(photo), board)
@@ -324,30 +323,30 @@ def _detected(photos: PhotoSet, board: Board) -> BoardDetections:
     )
 
 
-class _Layouts(NamedTuple):
-    """How the markers lie in the photos as they are, and with left and right swapped."""
+class _PhotoLayouts(NamedTuple):
+    """Layout of the markers in the photos as taken, and with left and right swapped."""
 
-    shown: Layout
-    swapped: Layout
-    read: list[MarkersRead]
-    """As they are."""
+    as_taken: Layout
+    mirrored: Layout
+    read: list[DetectedMarkers]
+    """Markers of each photo as taken."""
 
 
-def _layouts(photos: PhotoSet, board: Board) -> _Layouts:
-    def work(photo: Photo) -> tuple[MarkersRead, MarkersRead]:
+def _read_layouts(photos: PhotoSet, board: Board) -> _PhotoLayouts:
+    def work(photo: Photo) -> tuple[DetectedMarkers, DetectedMarkers]:
         luma = load_luma(photo)
-        swapped = np.ascontiguousarray(luma[:, ::-1])
-        return read_markers(luma, board), read_markers(swapped, board)
+        mirrored = np.ascontiguousarray(luma[:, ::-1])
+        return detect_markers(luma, board), detect_markers(mirrored, board)
 
     read = in_parallel(work, photos.photos, each_mb=in_flight_mb(photos.photos, SEARCH_BYTES))
-    shown, swapped = [one for one, _ in read], [one for _, one in read]
-    return _Layouts(layout_of(shown, board), layout_of(swapped, board), shown)
+    as_taken, mirrored = [one for one, _ in read], [one for _, one in read]
+    return _PhotoLayouts(best_layout(as_taken, board), best_layout(mirrored, board), as_taken)
 
 
 def find_in_photo(
     photo: Photo, photo_idx: int, luma: GreyImage, board: Board
 ) -> PhotoCorners | SetAside:
-    """The same for one photo whose pixels are at hand."""
+    """The board's corners in one photo, or why it is set aside."""
     if board.kind == "checkerboard":
         found = find_checkerboard(luma, board)
         if found is None:
@@ -364,7 +363,7 @@ def find_in_photo(
                 least=_MIN_CORNERS,
             )
             return SetAside(photo.name, few)
-        if agreeing < _FEWEST_IN_PLACE:
+        if agreeing < _FEWEST_MARKERS_IN_PLACE:
             otherwise = note("board.photo.otherwise", markers=int(markers), board=board.finding)
             return SetAside(photo.name, otherwise)
     return _fit_and_check(photo, photo_idx, luma, board, ids, found)
@@ -380,9 +379,9 @@ def _fit_and_check(
 ) -> PhotoCorners | SetAside:
     size_px = (luma.shape[1], luma.shape[0])
     board_squares = board.corners_mm[ids, :2] / board.square_mm
-    sides = sides_px(board_squares, found)
+    sides = square_sides_px(board_squares, found)
     step_px = np.linalg.norm(sides, axis=2).mean(axis=1)
-    reach = min(_clear_reach(board, _REACH), _MAX_REACH_PX / np.median(step_px))
+    reach = min(_window_reach(board, _REACH), _MAX_REACH_PX / np.median(step_px))
     fits = fit_corners(luma, found, sides, float(reach))
     doubts = np.full(len(ids), "", dtype=object)
     doubts[fits.misfit > _MAX_MISFIT] = "board.corner.no_crossing"
@@ -390,7 +389,7 @@ def _fit_and_check(
     shift_px = np.linalg.norm(fits.xy_px - found, axis=1)
     doubts[shift_px > _MAX_SHIFT * step_px] = "board.corner.moved"
     doubts[np.isnan(fits.sigma_px)] = "board.corner.no_fit"
-    _check_flatness(doubts, board_squares, fits.xy_px, sides, size_px)
+    _doubt_corners_off_board(doubts, board_squares, fits.xy_px, sides, size_px)
 
     good = doubts == ""
     if good.sum() < _MIN_CORNERS:
@@ -398,7 +397,7 @@ def _fit_and_check(
             "board.photo.unmeasured",
             good=int(good.sum()),
             corners=len(ids),
-            reason=_commonest(doubts[~good]),
+            reason=_most_common(doubts[~good]),
         )
         return SetAside(photo.name, unmeasured)
     return PhotoCorners(
@@ -415,8 +414,8 @@ def _fit_and_check(
     )
 
 
-def sides_px(board_squares: Points2, xy_px: Points2) -> Float64[np.ndarray, "n 2 2"]:
-    """A square's two sides at each corner, in pixels, from the corners round it."""
+def square_sides_px(board_squares: Points2, xy_px: Points2) -> Float64[np.ndarray, "n 2 2"]:
+    """The two sides of a square at each corner, in pixels, from the corners round it."""
     sides = np.empty((len(xy_px), 2, 2))
     for row, centre in enumerate(board_squares):
         away = board_squares - centre
@@ -426,34 +425,34 @@ def sides_px(board_squares: Points2, xy_px: Points2) -> Float64[np.ndarray, "n 2
     return sides
 
 
-def _clear_reach(board: Board, reach: float) -> float:
-    """Half side of a window that no marker enters, in squares."""
+def _window_reach(board: Board, reach: float) -> float:
+    """Half side of the fit's window, in squares: no marker reaches into it."""
     if board.kind == "checkerboard":
         return reach
     return min(reach, 0.95 * 0.5 * (1.0 - board.marker_mm / board.square_mm))
 
 
-def _check_flatness(
+def _doubt_corners_off_board(
     doubts: np.ndarray,
     board_squares: Points2,
     xy_px: Points2,
     sides: Float64[np.ndarray, "n 2 2"],
     size_px: tuple[int, int],
 ) -> None:
-    """Doubt the corners that do not lie on the image of a flat board."""
+    """Mark the corners that do not lie on the image of a flat board as doubtful."""
     rows = np.flatnonzero(doubts == "")
     off_px = np.linalg.norm(
         board_residuals_px(board_squares[rows], xy_px[rows], sides[rows], size_px), axis=1
     )
     if len(rows) == 0 or np.isnan(off_px).any():
         return
-    spread_px = float(np.median(off_px)) / 1.1774
-    limit_px = max(_MAX_OFF_BOARD_PX, _MAX_OFF_BOARD_SPREAD * spread_px)
+    spread_px = float(np.median(off_px)) / _RAYLEIGH_MEDIAN
+    limit_px = max(_MAX_OFF_BOARD_PX, _MAX_OFF_BOARD_SIGMAS * spread_px)
     doubts[rows[off_px > limit_px]] = "board.corner.off"
 
 
 def _why_no_checkerboard(luma: GreyImage, board: Board) -> Finding:
-    other = likely_inner(luma, board)
+    other = other_inner_that_fits(luma, board)
     if other is None:
         return note("board.photo.no_checkerboard", board=board.finding)
     return note(
@@ -461,6 +460,6 @@ def _why_no_checkerboard(luma: GreyImage, board: Board) -> Finding:
     )
 
 
-def _commonest(doubts: np.ndarray) -> Finding:
+def _most_common(doubts: np.ndarray) -> Finding:
     codes = [str(code) for code in doubts]
     return Finding(max(set(codes), key=codes.count) if codes else "board.corner.few_found")

@@ -1,4 +1,4 @@
-"""Edges of a dark square to hundredths of a pixel, on flat and on bent paper.
+"""Edges: the sides of a dark square to hundredths of a pixel, on flat and on bent paper.
 
 In      linear light of a photo, the four corners to a pixel or two, the code inside, and the lens.
 Out     the four corners, each the crossing of two fitted sides, and how well the sides fit.
@@ -25,34 +25,32 @@ from scipy.special import erf
 from limbgram.core.geometry.arrays import GreyImage, Points2
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.optimisation import Descent, Trial, minimise
+from limbgram.reconstruction.photos.decoding import LINEAR_OF_SRGB
 
 Code = UInt8[np.ndarray, "c c"]
-_CODES = np.arange(256) / 255.0
-_LINEAR_OF_CODE: Float32[np.ndarray, "256"] = (
-    255 * np.where(_CODES <= 0.04045, _CODES / 12.92, ((_CODES + 0.055) / 1.055) ** 2.4)
-).astype(np.float32)
-_ROUNDS = 4
-_SETTLED_PX = 0.02
+_LINEAR_OF_LUMA: Float32[np.ndarray, "256"] = (255 * LINEAR_OF_SRGB).astype(np.float32)
+_MAX_ROUNDS = 4
+_CONVERGED_PX = 0.02
 _FIRST_BLUR_PX = 0.8
 _LEAST_BLUR_PX, _MOST_BLUR_PX = 0.15, 12.0
-_CLEAR_BLURS = 2.0
-"""Blurs that the band keeps from the code's cells."""
-_CORNER_BLURS, _CORNER_PX = 2.5, 1.2
-"""Blurs, and pixels at least, that the band keeps from the next side."""
+_CODE_CLEARANCE_BLURS = 2.0
+"""Distance, in blurs, that the band keeps from the code's cells."""
+_CORNER_CLEARANCE_BLURS, _CORNER_CLEARANCE_PX = 2.5, 1.2
+"""Distance, in blurs and in pixels at least, that the band keeps from the next side."""
 _MOST_REACH_PX = 5.0
 _LEAST_PIXELS = 24
 _BEND, _BLUR = 2, 3
 """Places among a band's unknowns."""
 _BEND_CHI2 = 18.5
-"""Of four bends: one flat mark in a thousand has more."""
-_LEAST_SIGMA_PX = 0.02
-"""Of a bend: sampling and rounding to 8 bits bend the sides of the best photo so far."""
+"""Sum over four bends: one flat mark in a thousand has more."""
+_LEAST_BEND_SIGMA_PX = 0.02
+"""Least sigma of a bend: sampling and rounding to 8 bits bend the sides of the best photo by it."""
 _DESCENT = Descent(iterations=25, smallest_gain=1e-7, least_gain=1e-12)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SquareFit:
-    """A square whose sides were fitted."""
+    """A dark square from its four fitted sides."""
 
     corners_px: Float64[np.ndarray, "4 2"]
     centre_px: Float64[np.ndarray, "2"]
@@ -65,13 +63,13 @@ class SquareFit:
     misfit: float
     """RMS of the residuals over the contrast, of the worst side."""
     bent: bool
-    """Whether the sides are surely no straight lines."""
+    """Whether the sides are significantly curved."""
 
 
 def linear_light(luma: GreyImage) -> Float32[np.ndarray, "h w"]:
-    """Light of sRGB codes, 0 to 255."""
-    codes: UInt8[np.ndarray, "h w"] = np.asarray(luma, np.uint8)
-    return _LINEAR_OF_CODE[codes]
+    """Linear light of a photo's sRGB values, 0 to 255."""
+    values: UInt8[np.ndarray, "h w"] = np.asarray(luma, np.uint8)
+    return _LINEAR_OF_LUMA[values]
 
 
 def fit_square(
@@ -91,59 +89,45 @@ def fit_square(
     Returns:
         None where the square is too small, cut off by the picture, or no square of dark on white.
     """
-    patch = _patch(light, corners_px, 1 / len(code), camera)
+    patch = _patch_round(light, corners_px, 1 / len(code), camera)
     if patch is None:
         return None
-    corners = patch.straight(corners_px)
-    sides = _first_sides(corners)
-    blur_px = _FIRST_BLUR_PX
-    for turn in range(_ROUNDS):
-        fits = [_fit(patch, sides, k, code, blur_px, bends=turn > 0) for k in range(4)]
-        found = [one for one in fits if one is not None]
-        if len(found) < 4:
-            return None
-        blur_px = float(np.median([one.blur_px for one in found]))
-        moved = _crossings(found)
-        if moved is None or not np.isfinite(moved).all():
-            return None
-        change_px = float(np.abs(moved - corners).max())
-        corners, sides = moved, found
-        if turn > 0 and change_px < _SETTLED_PX:
-            break
-    bent = sum((one.curve[2] / one.sigma_bend) ** 2 for one in sides) > _BEND_CHI2
+    sides = _fit_curved_sides(patch, patch.undistorted(corners_px), code)
+    if sides is None:
+        return None
+    bent = sum((side.curve[2] / side.sigma_bend) ** 2 for side in sides) > _BEND_CHI2
     if not bent:
-        flat = [_fit(patch, sides, k, code, blur_px, bends=False) for k in range(4)]
-        sides = [one for one in flat if one is not None]
-        straight = _crossings(sides) if len(sides) == 4 else None
-        if straight is None:
-            return None
-        corners = straight
-    centre = _centre(corners)
+        blur_px = float(np.median([side.blur_px for side in sides]))
+        sides = _fit_sides(patch, sides, code, blur_px, bends=False)
+    corners = None if sides is None else _side_intersections(sides)
+    if sides is None or corners is None:
+        return None
+    centre = _diagonal_intersection(corners)
     if not np.isfinite(corners).all() or not np.isfinite(centre).all():
         return None
     return SquareFit(
-        corners_px=patch.bent_back(corners),
-        centre_px=patch.bent_back(centre[None])[0],
+        corners_px=patch.distorted(corners),
+        centre_px=patch.distorted(centre[None])[0],
         sigmas_px=_sigmas_px(sides),
-        blur_px=float(np.median([one.blur_px for one in sides])),
-        contrast=min(one.contrast for one in sides),
-        misfit=max(one.misfit for one in sides),
+        blur_px=float(np.median([side.blur_px for side in sides])),
+        contrast=min(side.contrast for side in sides),
+        misfit=max(side.misfit for side in sides),
         bent=bool(bent),
     )
 
 
 @dataclass(frozen=True)
 class _Patch:
-    """Pixels round a square, where a lens without distortion would have them."""
+    """Pixels along a square's sides, where a lens without distortion would have them."""
 
     xy: Points2
     light: Float64[np.ndarray, " n"]
     camera: Camera | None
 
-    def straight(self, xy_px: Points2) -> Points2:
-        return _straight(xy_px, self.camera)
+    def undistorted(self, xy_px: Points2) -> Points2:
+        return _undistorted(xy_px, self.camera)
 
-    def bent_back(self, xy: Points2) -> Points2:
+    def distorted(self, xy: Points2) -> Points2:
         camera = self.camera
         if camera is None:
             return xy
@@ -151,19 +135,19 @@ class _Patch:
         return np.asarray(camera.project(np.column_stack([ideal, np.ones(len(ideal))])))
 
 
-def _straight(xy_px: Points2, camera: Camera | None) -> Points2:
+def _undistorted(xy_px: Points2, camera: Camera | None) -> Points2:
     if camera is None:
         return xy_px
     return camera.normalize(xy_px) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
 
 
-def _patch(
+def _patch_round(
     light: Float32[np.ndarray, "h w"],
     corners_px: Float64[np.ndarray, "4 2"],
     border: float,
     camera: Camera | None,
 ) -> _Patch | None:
-    """The pixels of the square and a border round it; None where the picture cuts it off."""
+    """The pixels near a square's sides; None where the picture cuts the square off."""
     if not np.isfinite(corners_px).all():
         return None
     low, high = corners_px.min(0), corners_px.max(0)
@@ -179,7 +163,7 @@ def _patch(
     near = _near_sides(xy, corners_px, margin)
     xy = xy[near]
     grey = light[top:bottom, left:right].ravel()[near].astype(float)
-    return _Patch(_straight(xy, camera), grey, camera)
+    return _Patch(_undistorted(xy, camera), grey, camera)
 
 
 def _near_sides(
@@ -196,7 +180,7 @@ def _near_sides(
 
 @dataclass(frozen=True, kw_only=True)
 class _Side:
-    """One side: a curve over its chord, and how it fits."""
+    """One side: a parabola over its chord, and how it fits."""
 
     middle: Float64[np.ndarray, "2"]
     along: Float64[np.ndarray, "2"]
@@ -211,34 +195,36 @@ class _Side:
 
     @property
     def sigma_bend(self) -> float:
-        return max(float(np.sqrt(self.covariance[2, 2])), _LEAST_SIGMA_PX)
+        return max(float(np.sqrt(self.covariance[2, 2])), _LEAST_BEND_SIGMA_PX)
 
     def coordinates(self, xy: Points2) -> Points2:
         """t along the side, n across it in pixels, outwards."""
         off = xy - self.middle
         return np.column_stack([off @ self.along / self.half_px, off @ self.outward])
 
-    def beyond(self, xy: Points2) -> Float64[np.ndarray, " n"]:
+    def signed_distance_px(self, xy: Points2) -> Float64[np.ndarray, " n"]:
         """Pixels outwards from the curve, negative inside the square."""
         t, n = self.coordinates(xy).T
         t = np.clip(t, -1.3, 1.3)
         return n - (self.curve[0] + t * (self.curve[1] + t * self.curve[2]))
 
-    def at(self, t: float) -> Float64[np.ndarray, "2"]:
+    def point_at(self, t: float) -> Float64[np.ndarray, "2"]:
+        """Point of the curve."""
         n = self.curve[0] + t * (self.curve[1] + t * self.curve[2])
         return self.middle + t * self.half_px * self.along + n * self.outward
 
-    def slope(self, t: float) -> Float64[np.ndarray, "2"]:
+    def tangent_at(self, t: float) -> Float64[np.ndarray, "2"]:
+        """Derivative of the point by t."""
         n = self.curve[1] + 2 * t * self.curve[2]
         return self.half_px * self.along + n * self.outward
 
 
-def _first_sides(corners: Points2) -> list[_Side]:
+def _straight_sides(corners: Points2) -> list[_Side]:
     """Straight sides between corners that run clockwise in the picture."""
-    return [_straight_between(corners[k], corners[(k + 1) % 4]) for k in range(4)]
+    return [_straight_side(corners[k], corners[(k + 1) % 4]) for k in range(4)]
 
 
-def _straight_between(first: Float64[np.ndarray, "2"], last: Float64[np.ndarray, "2"]) -> _Side:
+def _straight_side(first: Float64[np.ndarray, "2"], last: Float64[np.ndarray, "2"]) -> _Side:
     half_px = max(0.5 * float(np.hypot(*(last - first))), 1e-6)
     along = (last - first) / (2 * half_px)
     return _Side(
@@ -251,26 +237,54 @@ def _straight_between(first: Float64[np.ndarray, "2"], last: Float64[np.ndarray,
     )
 
 
-def _fit(
-    patch: _Patch, sides: list[_Side], k: int, code: Code, blur_px: float, *, bends: bool
+def _fit_curved_sides(patch: _Patch, corners: Points2, code: Code) -> list[_Side] | None:
+    """Fit all sides until their corners converge, straight ones first; None where that fails."""
+    sides, blur_px = _straight_sides(corners), _FIRST_BLUR_PX
+    for round_idx in range(_MAX_ROUNDS):
+        found = _fit_sides(patch, sides, code, blur_px, bends=round_idx > 0)
+        new_corners = None if found is None else _side_intersections(found)
+        if found is None or new_corners is None or not np.isfinite(new_corners).all():
+            return None
+        blur_px = float(np.median([side.blur_px for side in found]))
+        change_px = float(np.abs(new_corners - corners).max())
+        corners, sides = new_corners, found
+        if round_idx > 0 and change_px < _CONVERGED_PX:
+            break
+    return sides
+
+
+def _fit_sides(
+    patch: _Patch, sides: list[_Side], code: Code, blur_px: float, *, bends: bool
+) -> list[_Side] | None:
+    """Fit each side to the pixels of its band; None where one cannot be fitted."""
+    fits = [_fit_side(patch, sides, k, code, blur_px, bends=bends) for k in range(4)]
+    found = [side for side in fits if side is not None]
+    return found if len(found) == 4 else None
+
+
+def _fit_side(
+    patch: _Patch, sides: list[_Side], side_idx: int, code: Code, blur_px: float, *, bends: bool
 ) -> _Side | None:
     """Fit one side to the pixels of its band."""
-    side, border = sides[k], 1 / len(code)
-    opposite, before, after = sides[(k + 2) % 4], sides[k - 1], sides[(k + 1) % 4]
-    depth_px = -float(side.beyond(opposite.middle[None])[0])
-    reach_px = max(border * depth_px - _CLEAR_BLURS * blur_px, 0.55 * border * depth_px)
+    side, border = sides[side_idx], 1 / len(code)
+    opposite = sides[(side_idx + 2) % 4]
+    before, after = sides[side_idx - 1], sides[(side_idx + 1) % 4]
+    depth_px = -float(side.signed_distance_px(opposite.middle[None])[0])
+    reach_px = max(border * depth_px - _CODE_CLEARANCE_BLURS * blur_px, 0.55 * border * depth_px)
     reach_px = min(reach_px, _MOST_REACH_PX)
-    clear_px = max(_CORNER_BLURS * blur_px, _CORNER_PX)
-    away = side.beyond(patch.xy)
-    taken = np.abs(away) <= reach_px
-    taken[taken] = (before.beyond(patch.xy[taken]) < -clear_px) & (
-        after.beyond(patch.xy[taken]) < -clear_px
+    clearance_px = max(_CORNER_CLEARANCE_BLURS * blur_px, _CORNER_CLEARANCE_PX)
+    distance_px = side.signed_distance_px(patch.xy)
+    in_band = np.abs(distance_px) <= reach_px
+    in_band[in_band] = (before.signed_distance_px(patch.xy[in_band]) < -clearance_px) & (
+        after.signed_distance_px(patch.xy[in_band]) < -clearance_px
     )
-    if np.count_nonzero(taken) < _LEAST_PIXELS:
+    if np.count_nonzero(in_band) < _LEAST_PIXELS:
         return None
-    t, n = side.coordinates(patch.xy[taken]).T
-    spilt = _spilt(side, np.rot90(code, k)[1], border * depth_px, t, away[taken])
-    band = _Band(t, n, patch.light[taken] - spilt, bends)
+    t, n = side.coordinates(patch.xy[in_band]).T
+    spilled = _spilled_light(
+        side, np.rot90(code, side_idx)[1], border * depth_px, t, distance_px[in_band]
+    )
+    band = _Band(t, n, patch.light[in_band] - spilled, bends)
     start = band.start(side.curve if bends else side.curve * (1, 1, 0), blur_px)
     found = minimise(start, band.cost(start), band.linearised, _DESCENT)
     blur, contrast = float(found[3]), float(found[6])
@@ -287,21 +301,21 @@ def _fit(
     )
 
 
-def _spilt(
+def _spilled_light(
     side: _Side,
     cells: UInt8[np.ndarray, " c"],
     depth_px: float,
     t: Float64[np.ndarray, " n"],
-    away_px: Float64[np.ndarray, " n"],
+    distance_px: Float64[np.ndarray, " n"],
 ) -> Float64[np.ndarray, " n"]:
-    """Light of the white cells that lie `depth_px` inside a side, by its last fit."""
+    """Light that blur spreads from white cells `depth_px` inside a side, by its last fit."""
     if side.contrast <= 0:
         return np.zeros(len(t))
-    wide = side.blur_px * math.sqrt(2)
+    scale_px = side.blur_px * math.sqrt(2)
     bounds = np.linspace(-1, 1, len(cells) + 1)
-    steps = erf((t[:, None] - bounds) * side.half_px / wide)
+    steps = erf((t[:, None] - bounds) * side.half_px / scale_px)
     white = 0.5 * (steps[:, :-1] - steps[:, 1:]) @ cells.astype(float)
-    return side.contrast * white * (1 - erf((away_px + depth_px) / wide))
+    return side.contrast * white * (1 - erf((distance_px + depth_px) / scale_px))
 
 
 @dataclass(frozen=True)
@@ -319,42 +333,45 @@ class _Band:
         return np.concatenate([curve, rest])
 
     def cost(self, state: Float64[np.ndarray, "8"]) -> float:
-        return 0.5 * float((self._misses(state) ** 2).sum())
+        return 0.5 * float((self._residuals(state) ** 2).sum())
 
     def linearised(
         self, state: Float64[np.ndarray, "8"]
     ) -> Callable[[float], Trial[Float64[np.ndarray, "8"]] | None]:
-        misses, slopes, free = self._misses(state), self._slopes(state), self._free
-        normal, right = slopes.T @ slopes, slopes.T @ misses
+        residuals, jacobian = self._residuals(state), self._jacobian(state)
+        free = self._free_parameters
+        normal, gradient = jacobian.T @ jacobian, jacobian.T @ residuals
 
         def step(damping: float) -> Trial[Float64[np.ndarray, "8"]] | None:
-            tried = state.copy()
-            tried[free] -= np.linalg.solve(normal + damping * np.diag(np.diag(normal)), right)
-            tried[_BLUR] = min(max(tried[_BLUR], _LEAST_BLUR_PX), _MOST_BLUR_PX)
-            return Trial(tried, self.cost(tried))
+            candidate = state.copy()
+            candidate[free] -= np.linalg.solve(
+                normal + damping * np.diag(np.diag(normal)), gradient
+            )
+            candidate[_BLUR] = min(max(candidate[_BLUR], _LEAST_BLUR_PX), _MOST_BLUR_PX)
+            return Trial(candidate, self.cost(candidate))
 
         return step
 
     def covariance(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, "3 3"]:
-        """Of offset, slope and bend; zero for a bend that was held."""
-        slopes, free = self._slopes(state), self._free
+        """Covariance of offset, slope and bend; zero for a bend that is held."""
+        jacobian, free = self._jacobian(state), self._free_parameters
         variance = 2 * self.cost(state) / max(1, len(self.t) - len(free))
         covariance = np.zeros((8, 8))
-        covariance[np.ix_(free, free)] = variance * np.linalg.inv(slopes.T @ slopes)
+        covariance[np.ix_(free, free)] = variance * np.linalg.inv(jacobian.T @ jacobian)
         return covariance[:3, :3]
 
     @property
-    def _free(self) -> list[int]:
+    def _free_parameters(self) -> list[int]:
         return list(range(8)) if self.bends else [k for k in range(8) if k != _BEND]
 
-    def _misses(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, " n"]:
+    def _residuals(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, " n"]:
         c, m, k, s, a0, a1, h0, h1 = state
         t = self.t
         profile = erf((self.n - c - t * (m + t * k)) / (s * math.sqrt(2)))
         return a0 + a1 * t + (h0 + h1 * t) * profile - self.light
 
-    def _slopes(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, "n k"]:
-        """Derivatives of the misses by the free unknowns."""
+    def _jacobian(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, "n k"]:
+        """Derivatives of the residuals by the free unknowns."""
         c, m, k, s, _, _, h0, h1 = state
         t, ones = self.t, np.ones(len(self.t))
         blurs = (self.n - c - t * (m + t * k)) / (s * math.sqrt(2))
@@ -362,28 +379,29 @@ class _Band:
         profile = erf(blurs)
         columns = [step, step * t, step * t * t, step * blurs * math.sqrt(2)]
         columns += [ones, t, profile, profile * t]
-        return np.column_stack([columns[k] for k in self._free])
+        return np.column_stack([columns[k] for k in self._free_parameters])
 
 
-def _crossings(sides: list[_Side]) -> Points2 | None:
-    """Corner k, where the side before meets side k."""
+def _side_intersections(sides: list[_Side]) -> Points2 | None:
+    """Corners, each where a side meets the one before it; None where two do not meet."""
     corners = np.empty((4, 2))
     for k in range(4):
         before, after = sides[k - 1], sides[k]
         t = np.array([1.0, -1.0])
         for _ in range(8):
-            gap = before.at(t[0]) - after.at(t[1])
-            turn = np.column_stack([before.slope(t[0]), -after.slope(t[1])])
+            gap = before.point_at(t[0]) - after.point_at(t[1])
+            turn = np.column_stack([before.tangent_at(t[0]), -after.tangent_at(t[1])])
             if abs(np.linalg.det(turn)) < 1e-9:
                 return None
             t = t - np.linalg.solve(turn, gap)
             if not np.abs(t).max() < 2.5:
                 return None
-        corners[k] = after.at(t[1])
+        corners[k] = after.point_at(t[1])
     return corners
 
 
 def _sigmas_px(sides: list[_Side]) -> Float64[np.ndarray, "4"]:
+    """Formal sigma of one coordinate of each corner, from the sides' covariances."""
     sigmas = np.empty(4)
     for k in range(4):
         before, after = sides[k - 1], sides[k]
@@ -398,7 +416,8 @@ def _sigmas_px(sides: list[_Side]) -> Float64[np.ndarray, "4"]:
     return sigmas
 
 
-def _centre(corners: Points2) -> Float64[np.ndarray, "2"]:
+def _diagonal_intersection(corners: Points2) -> Float64[np.ndarray, "2"]:
+    """Where the diagonals of a quadrilateral cross."""
     rows = np.column_stack([corners, np.ones(4)])
     crossing = np.cross(np.cross(rows[0], rows[2]), np.cross(rows[1], rows[3]))
     return crossing[:2] / crossing[2]

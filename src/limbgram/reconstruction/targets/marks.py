@@ -22,7 +22,11 @@ from limbgram.core.run import in_parallel
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import PhotoSet
-from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY, parse_dictionary
+from limbgram.reconstruction.targets.board import (
+    KIT_DICTIONARY,
+    marker_dictionary,
+    parse_dictionary,
+)
 from limbgram.reconstruction.targets.edges import SquareFit, fit_square, linear_light
 
 _CELL_PX = 8
@@ -35,13 +39,13 @@ SEARCH_BYTES = 11.0
 """A pixel, while marks are looked for: OpenCV's copies, and four bytes of linear light."""
 
 
-_LEAST_SHIFT_PX = 2.5
+_ALWAYS_ALLOWED_SHIFT_PX = 2.5
 """A corner may always move so far."""
 
 
 _MAX_MISFIT = 0.2
 """RMS of the grey residuals over the contrast, of the worst side."""
-_MAX_SHIFT = 0.12
+_MAX_SHIFT_SIDES = 0.12
 """Farthest that the fit may move a corner from where OpenCV saw it, in sides."""
 _MIN_CONTRAST = 6.0
 """Half the step from black to white, of 255 in linear light."""
@@ -113,27 +117,27 @@ def find_marks(
     if lenses and len(lenses) != len(photos.photos):
         raise OptionsError("board.mark.lenses", lenses=len(lenses), photos=len(photos.photos))
 
-    def work(photo_idx: int) -> PhotoMarks:
+    def measure_in(photo_idx: int) -> PhotoMarks:
         photo = photos.photos[photo_idx]
         lens = lenses[photo_idx] if lenses else None
         found = marks_in(load_luma(photo), dictionary, lens, options)
-        good = [one for one in found if not one.doubt and one.fit is not None]
-        fits = [one.fit for one in good if one.fit is not None]
-        bad = [one for one in found if one.doubt]
+        believed = [one for one in found if not one.doubt and one.fit is not None]
+        fits = [one.fit for one in believed if one.fit is not None]
+        doubtful = [one for one in found if one.doubt]
         return PhotoMarks(
             name=photo.name,
             photo_idx=photo_idx,
-            ids=np.array([one.mark_id for one in good], np.int32),
+            ids=np.array([one.mark_id for one in believed], np.int32),
             corners_px=np.array([fit.corners_px for fit in fits]).reshape(-1, 4, 2),
             centres_px=np.array([fit.centre_px for fit in fits]).reshape(-1, 2),
             sigmas_px=np.array([float(np.mean(fit.sigmas_px)) for fit in fits]),
             bent=np.array([fit.bent for fit in fits], bool),
-            doubtful_ids=np.array([one.mark_id for one in bad], np.int32),
-            doubts=tuple(one.doubt for one in bad if one.doubt is not None),
+            doubtful_ids=np.array([one.mark_id for one in doubtful], np.int32),
+            doubts=tuple(one.doubt for one in doubtful if one.doubt is not None),
         )
 
     each_mb = in_flight_mb(photos.photos, SEARCH_BYTES)
-    seen = in_parallel(work, range(len(photos.photos)), each_mb=each_mb)
+    seen = in_parallel(measure_in, range(len(photos.photos)), each_mb=each_mb)
     shown = tuple(one for one in seen if len(one.ids) or len(one.doubtful_ids))
     return MarkDetections(dictionary=dictionary, photos=shown)
 
@@ -154,7 +158,7 @@ def marks_in(
     options: MarkOptions = DEFAULTS,
 ) -> tuple[FoundMark, ...]:
     """The marks of one picture, by their codes."""
-    codes = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
+    codes = marker_dictionary(dictionary)
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     parameters.perspectiveRemovePixelPerCell = _CELL_PX
@@ -164,21 +168,21 @@ def marks_in(
         return ()
     cells = codes.markerSize + 2
     light = linear_light(luma)
-    labels = [int(one) for one in np.asarray(ids).ravel()]
+    mark_ids = [int(one) for one in np.asarray(ids).ravel()]
     found: list[FoundMark] = []
-    for k in np.argsort(labels, kind="stable").tolist():
-        label = labels[k]
-        square = np.asarray(corners[k], float).reshape(4, 2)
-        if labels.count(label) > 1:
-            found.append(FoundMark(label, None, note("board.mark.twice")))
+    for k in np.argsort(mark_ids, kind="stable").tolist():
+        mark_id = mark_ids[k]
+        corners_px = np.asarray(corners[k], float).reshape(4, 2)
+        if mark_ids.count(mark_id) > 1:
+            found.append(FoundMark(mark_id, None, note("board.mark.twice")))
             continue
-        code = (codes.generateImageMarker(label, cells) > 0).astype(np.uint8)
-        fit = fit_square(light, square, code, camera)
-        found.append(FoundMark(label, fit, _doubt(square, fit, options)))
+        code = (codes.generateImageMarker(mark_id, cells) > 0).astype(np.uint8)
+        fit = fit_square(light, corners_px, code, camera)
+        found.append(FoundMark(mark_id, fit, _why_doubtful(corners_px, fit, options)))
     return tuple(found)
 
 
-def _doubt(
+def _why_doubtful(
     square: Float64[np.ndarray, "4 2"], fit: SquareFit | None, options: MarkOptions
 ) -> Finding | None:
     sides_px = np.linalg.norm(square - np.roll(square, -1, axis=0), axis=1)
@@ -188,7 +192,7 @@ def _doubt(
     if fit is None:
         return note("board.mark.side_unseen")
     shift_px = float(np.linalg.norm(fit.corners_px - square, axis=1).max())
-    if shift_px > max(_LEAST_SHIFT_PX, _MAX_SHIFT * float(sides_px.mean())):
+    if shift_px > max(_ALWAYS_ALLOWED_SHIFT_PX, _MAX_SHIFT_SIDES * float(sides_px.mean())):
         return note("board.mark.moved", shift_px=shift_px)
     if fit.misfit > _MAX_MISFIT:
         return note("board.mark.no_edge")

@@ -7,10 +7,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import cv2
-
 from limbgram.core.errors import OptionsError
-from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY
+from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY, code_count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +45,7 @@ class MarkPlate:
             raise OptionsError(
                 "board.plate.dictionary", plate=self.name, dictionary=self.dictionary
             )
-        codes = len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary]).bytesList)
+        codes = code_count(self.dictionary)
         ids = [one.mark_id for one in self.marks]
         if not ids or len(set(ids)) < len(ids) or not all(0 <= one < codes for one in ids):
             raise OptionsError("board.plate.marks", plate=self.name, most=codes - 1)

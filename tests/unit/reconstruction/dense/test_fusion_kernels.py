@@ -11,12 +11,12 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.fusion import (
-    Grid,
-    grid_of,
+    MeasuredPoints,
+    hash_grid,
     point_visibility,
+    points_in_cube,
+    poisson_disk_thinned,
     project_to_surface,
-    span_of,
-    thin,
 )
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
@@ -38,21 +38,17 @@ def sphere(count: int, noise_mm: float) -> tuple[np.ndarray, np.ndarray]:
 def smoothed(
     points: np.ndarray, normals: np.ndarray, radius_mm: float, window_mm2: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    grid = grid_of(points, radius_mm)
+    grid = hash_grid(points, radius_mm)
     points, normals = points[grid.order], normals[grid.order]
     seeds = np.arange(0, len(points), 7)
     moved, turned = np.zeros((2, len(seeds), 3), np.float32)
     ones = np.ones(len(points), np.float32)
     support = project_to_surface(
-        points, normals, ones, window_mm2 * ones, *lookup(grid), radius_mm, 0.2, seeds,
-        moved, turned,
+        MeasuredPoints(points, normals, ones, window_mm2 * ones),
+        grid.cubes, radius_mm, 0.2, seeds, moved, turned,
     )  # fmt: skip
     assert (support > 0).mean() > 0.99
     return moved[support > 0], turned[support > 0]
-
-
-def lookup(grid: Grid) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
-    return grid.low_mm, grid.cell_mm, grid.keys, grid.spans
 
 
 @pytest.mark.parametrize("radius_mm", [1.5, 3.0])
@@ -135,10 +131,10 @@ def test_the_other_side_of_a_thin_plate_does_not_pull() -> None:
 
 def test_thinned_points_keep_their_distance_and_leave_no_gap() -> None:
     points, _ = sphere(30_000, 0.0)
-    grid = grid_of(points, 2.0)
+    grid = hash_grid(points, 2.0)
     points = points[grid.order]
     order = np.random.default_rng(0).permutation(len(points))
-    kept = thin(points, order, *lookup(grid), 1.5)
+    kept = poisson_disk_thinned(points, order, grid.cubes, 1.5)
     tree = KDTree(points[kept])
     nearest = tree.query(points[kept], k=2)[0][:, 1]
     assert nearest.min() >= 1.5 - 1e-5
@@ -148,10 +144,10 @@ def test_thinned_points_keep_their_distance_and_leave_no_gap() -> None:
 
 def test_every_point_is_found_in_its_cube() -> None:
     points, _ = sphere(3_000, 0.0)
-    grid = grid_of(points, 1.0)
-    cells = np.floor((points[grid.order] - grid.low_mm) / 1.0).astype(int)
+    grid = hash_grid(points, 1.0)
+    cells = np.floor((points[grid.order] - grid.cubes.low_mm) / 1.0).astype(int)
     for k in range(0, 3_000, 37):
-        first, last = span_of.py_func(grid.keys, grid.spans, *(int(i) for i in cells[k]))
+        first, last = points_in_cube.py_func(grid.cubes, *(int(i) for i in cells[k]))
         assert first <= k < last
         assert np.all(cells[first:last] == cells[k])
-    assert span_of.py_func(grid.keys, grid.spans, 900, 900, 900) == (0, 0)
+    assert points_in_cube.py_func(grid.cubes, 900, 900, 900) == (0, 0)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from limbgram.reconstruction.dense import patchmatch
-from limbgram.reconstruction.dense import patchmatch as lanes
-from limbgram.reconstruction.dense.crops import finer
+from limbgram.reconstruction.dense.crops import upsample_planes
 
 WIDTH, HEIGHT = 60, 48
 SIGMA_GREY, SIGMA_PX = 40.0, 3.0
@@ -75,14 +74,14 @@ def test_many_pixels_at_once_correlate_as_one_does(pictures: np.ndarray, step: i
     state[:, places[order]] = planes[:, order]
     score = np.zeros(own.size // step**2, np.float32)
     sources = (
-        lanes.packed(other), np.array([[0, WIDTH, HEIGHT]]),
+        patchmatch.pack_neighbourhoods(other), np.array([[0, WIDTH, HEIGHT]]),
         a.reshape(1, 9).astype(np.float32), b.reshape(1, 3).astype(np.float32), 1,
     )  # fmt: skip
     picture = (
         own.ravel(), WIDTH, step,
-        lanes.grey_weights(SIGMA_GREY), lanes.distance_weights(SIGMA_PX),
+        patchmatch.grey_weights(SIGMA_GREY), patchmatch.distance_weights(SIGMA_PX),
     )  # fmt: skip
-    patchmatch.rate(picture, sources, places[order], np.array([0.0, 1.0]), state, score)
+    patchmatch.score_planes(picture, sources, places[order], np.array([0.0, 1.0]), state, score)
     found, expected = score[places[order]], expected[order]
     whole = expected > -1
     assert 0.3 < whole.mean() < 0.98
@@ -92,7 +91,7 @@ def test_many_pixels_at_once_correlate_as_one_does(pictures: np.ndarray, step: i
 
 
 def test_a_packed_picture_holds_the_right_and_lower_neighbours(pictures: np.ndarray) -> None:
-    words = lanes.packed(pictures[0]).reshape(HEIGHT, WIDTH)
+    words = patchmatch.pack_neighbourhoods(pictures[0]).reshape(HEIGHT, WIDTH)
     bytes_ = words[7, 9] >> np.array([0, 8, 16, 24], np.uint32) & 255
     np.testing.assert_array_equal(bytes_, pictures[0][[7, 7, 8, 8], [9, 10, 9, 10]])
 
@@ -106,7 +105,7 @@ def test_a_plane_stays_the_same_plane_on_a_finer_level(step: int, to_step: int) 
     shape = 16 * step // to_step, 20 * step // to_step
     wanted = np.ones(shape, bool)
     wanted[3, 4] = False
-    fine = finer(planes.reshape(3, -1).astype(np.float32), (8, 10), step, wanted, to_step)
+    fine = upsample_planes(planes.reshape(3, -1).astype(np.float32), (8, 10), step, wanted, to_step)
     row, column = to_step * np.mgrid[0 : shape[0], 0 : shape[1]]
     fine = fine.reshape(3, *shape)
     assert np.all(fine[:, 3, 4] == 0)
@@ -120,4 +119,6 @@ def test_a_plane_stays_the_same_plane_on_a_finer_level(step: int, to_step: int) 
 def test_the_windows_reach_is_that_of_its_weights() -> None:
     one_direction = np.exp(-0.5 * np.array([1, 9, 25]) / SIGMA_PX**2)
     expected = one_direction @ [1, 9, 25] / one_direction.sum()
-    assert lanes.window_px2(lanes.distance_weights(SIGMA_PX)) == pytest.approx(expected, rel=1e-5)
+    assert patchmatch.window_second_moment_px2(
+        patchmatch.distance_weights(SIGMA_PX)
+    ) == pytest.approx(expected, rel=1e-5)

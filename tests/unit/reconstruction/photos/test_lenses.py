@@ -8,13 +8,13 @@ import pytest
 from limbgram.reconstruction.photos.lenses import copies_of, cut_from, lens_notes
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import remarks
-from limbgram.reconstruction.photos.reading import grouped
+from limbgram.reconstruction.photos.reading import grouped_by_camera
 
 WIDE = Exif(make="Phone", model="One", lens="4.25 mm", focal_mm=4.25, focal_35mm=26.0)
 
 
 def photos_of(*shown: tuple[int, int, Exif]) -> PhotoSet:
-    return grouped(
+    return grouped_by_camera(
         [
             Photo(
                 name=f"{k}.jpg", path=Path(f"{k}.jpg"), width_px=width, height_px=height, exif=exif,

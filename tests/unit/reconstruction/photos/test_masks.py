@@ -11,7 +11,7 @@ from limbgram.core.errors import PhotoError
 from limbgram.findings import note, told
 from limbgram.reconstruction.photos.masks import held_upright, load_mask, mask_notes, upright
 from limbgram.reconstruction.photos.quality import remarks
-from limbgram.reconstruction.photos.reading import masked_by, read_photos
+from limbgram.reconstruction.photos.reading import read_photos, with_masks_in
 
 Writer = Callable[..., Path]
 
@@ -177,7 +177,7 @@ def test_a_folder_of_masks_takes_the_place_of_those_beside_the_photos(
     folder.mkdir()
     Image.fromarray(corner_mask(120, 90)).save(folder / "1.png")
     (folder / "3.png").write_bytes(b"no picture")
-    photos = masked_by(read_photos([tmp_path]), folder)
+    photos = with_masks_in(read_photos([tmp_path]), folder)
     np.testing.assert_array_equal(load_mask(photos.photos[0]), corner_mask(120, 90) > 0)
     assert [one.mask_path is None for one in photos.photos] == [False, True, True]
     assert [one.name for one in photos.set_aside] == ["3.png"]
@@ -187,4 +187,4 @@ def test_a_folder_of_masks_takes_the_place_of_those_beside_the_photos(
         "mask: 2.jpg, 3.jpg."
     )
     with pytest.raises(PhotoError, match="no folder of masks"):
-        masked_by(photos, tmp_path / "elsewhere")
+        with_masks_in(photos, tmp_path / "elsewhere")

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from limbgram.reconstruction.photos.privacy import take_place_from_film, without_traces
+from limbgram.reconstruction.photos.privacy import remove_video_location, without_personal_data
 
 KEY = b"a secret"
 PLACE = b"+48.1371+011.5754+519.000/"
@@ -30,7 +30,7 @@ def picture(kind: str) -> bytes:
 @pytest.mark.parametrize("kind", ["JPEG", "PNG"])
 def test_the_picture_stays_and_the_person_goes(kind: str) -> None:
     content = picture(kind)
-    cleaned = without_traces(content, f".{kind.lower()}", KEY)
+    cleaned = without_personal_data(content, f".{kind.lower()}", KEY)
     for told in (b"Somebody", b"SERIAL-4711"):
         assert told in content
         assert told not in cleaned.content
@@ -42,7 +42,7 @@ def test_the_picture_stays_and_the_person_goes(kind: str) -> None:
 
 def test_a_tiff_keeps_its_samples_and_loses_its_names() -> None:
     content = picture("TIFF")
-    cleaned = without_traces(content, ".tif", KEY)
+    cleaned = without_personal_data(content, ".tif", KEY)
     assert b"Somebody" in content
     assert b"Somebody" not in cleaned.content
     assert len(cleaned.content) == len(content)
@@ -52,15 +52,15 @@ def test_a_tiff_keeps_its_samples_and_loses_its_names() -> None:
 
 @pytest.mark.parametrize("kind", ["JPEG", "PNG", "TIFF"])
 def test_cleaning_again_changes_nothing_but_the_pseudonym(kind: str) -> None:
-    once = without_traces(picture(kind), ".x", KEY)
-    again = without_traces(once.content, ".x", KEY)
+    once = without_personal_data(picture(kind), ".x", KEY)
+    again = without_personal_data(once.content, ".x", KEY)
     assert len(again.content) == len(once.content)
     assert "place" not in again.removed
 
 
 def test_bodies_are_told_apart_only_with_the_key() -> None:
     def body(key: bytes) -> object:
-        cleaned = without_traces(picture("JPEG"), ".jpg", key)
+        cleaned = without_personal_data(picture("JPEG"), ".jpg", key)
         return Image.open(io.BytesIO(cleaned.content)).getexif().get_ifd(0x8769)[0xA431]
 
     assert body(KEY) == body(KEY)
@@ -69,7 +69,7 @@ def test_bodies_are_told_apart_only_with_the_key() -> None:
 
 def test_what_follows_a_picture_is_left_out() -> None:
     content = picture("JPEG")
-    cleaned = without_traces(content + b"a film with a place", ".jpg", KEY)
+    cleaned = without_personal_data(content + b"a film with a place", ".jpg", KEY)
     assert cleaned.content.endswith(b"\xff\xd9")
     assert "what follows the picture" in cleaned.removed
 
@@ -80,7 +80,7 @@ def test_damaged_headers_are_no_fault(cut: int, flips: list[int]) -> None:
         content = bytearray(picture(kind))
         for flip in flips:
             content[flip % len(content)] ^= 0xFF
-        without_traces(bytes(content[: len(content) - cut]), ".x", KEY)
+        without_personal_data(bytes(content[: len(content) - cut]), ".x", KEY)
 
 
 def test_a_film_loses_its_place_and_nothing_moves(tmp_path: Path) -> None:
@@ -92,10 +92,10 @@ def test_a_film_loses_its_place_and_nothing_moves(tmp_path: Path) -> None:
     film = tmp_path / "walk.mp4"
     film.write_bytes(box(b"ftyp", b"isom") + box(b"mdat", picture_data) + header)
     size = film.stat().st_size
-    assert take_place_from_film(film) == ("place",)
+    assert remove_video_location(film) == ("place",)
     assert film.stat().st_size == size
     assert film.read_bytes().count(PLACE) == 1
-    assert take_place_from_film(film) == ()
+    assert remove_video_location(film) == ()
 
 
 def raw_like(first: bytes, inside: bytes = b"") -> bytes:
@@ -122,7 +122,7 @@ def raw_like(first: bytes, inside: bytes = b"") -> bytes:
 )
 def test_raw_files_that_are_tiff_by_another_number_are_cleaned(first: bytes, suffix: str) -> None:
     content = raw_like(first)
-    cleaned = without_traces(content, suffix, KEY)
+    cleaned = without_personal_data(content, suffix, KEY)
     assert cleaned.content[:4] == first
     assert len(cleaned.content) == len(content)
     degrees = struct.pack("<II" if first.startswith(b"II") else ">II", 48, 1)
@@ -136,7 +136,7 @@ def test_raw_files_that_are_tiff_by_another_number_are_cleaned(first: bytes, suf
 def test_a_picture_within_a_raw_file_loses_its_header_too() -> None:
     inside = picture("JPEG") + b"<x:xmpmeta>Somebody</x:xmpmeta>"
     content = raw_like(b"IIU\0", inside)
-    cleaned = without_traces(content, ".rw2", KEY)
+    cleaned = without_personal_data(content, ".rw2", KEY)
     assert b"Somebody" not in cleaned.content
     assert b"SERIAL-4711" not in cleaned.content
     at = len(content) - len(inside)
@@ -159,18 +159,18 @@ def test_a_picture_within_a_raw_file_loses_its_header_too() -> None:
 )
 def test_a_header_that_cannot_be_cleaned_is_told(first: bytes, suffix: str) -> None:
     content = first + b"CMT1CMT2CMT3CMT4" + picture("TIFF")
-    cleaned = without_traces(content, suffix, KEY)
+    cleaned = without_personal_data(content, suffix, KEY)
     assert cleaned.content == content
     assert (cleaned.removed, cleaned.kept) == ((), ("the whole header",))
 
 
 def test_what_is_known_of_a_header_goes_and_the_rest_is_told() -> None:
     content = struct.pack(">I", 16) + b"ftypcrx \0\0\0\1" + b"<x:xmpmeta>Somebody</x:xmpmeta>CMT4"
-    cleaned = without_traces(content, ".cr3", KEY)
+    cleaned = without_personal_data(content, ".cr3", KEY)
     assert b"Somebody" not in cleaned.content
     assert (cleaned.removed, cleaned.kept) == (("XMP",), ("the rest of the header",))
 
 
 @pytest.mark.parametrize("kind", ["JPEG", "PNG", "TIFF"])
 def test_nothing_is_told_to_stay_of_a_header_that_was_cleaned(kind: str) -> None:
-    assert without_traces(picture(kind), ".x", KEY).kept == ()
+    assert without_personal_data(picture(kind), ".x", KEY).kept == ()

@@ -10,13 +10,13 @@ import pytest
 from limbgram.findings import fault, told
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import (
+    assessed,
     brightest_luma,
     burnt_share,
     common_fault,
     edge_width_px,
-    judged,
+    files_by_kind,
     remarks,
-    sifted,
 )
 
 
@@ -89,7 +89,7 @@ def before_white(limb: np.ndarray) -> np.ndarray:
 def test_a_burnt_backdrop_is_not_the_limb() -> None:
     """Nine tenths of the picture are burnt, and nothing of the limb is."""
     limb = np.tile(np.repeat([60, 150], 10).astype(np.uint8), (500, 10))
-    seen = judged(photo("a.jpg", 1.0), before_white(limb))
+    seen = assessed(photo("a.jpg", 1.0), before_white(limb))
     assert seen.burnt < 0.01
     assert 145 <= seen.brightest <= 255
     assert remarks(PhotoSet((seen,), ())) == ()
@@ -97,7 +97,7 @@ def test_a_burnt_backdrop_is_not_the_limb() -> None:
 
 
 def test_dark_clothes_before_white_paper_are_underexposed() -> None:
-    seen = judged(photo("a.jpg", 1.0), before_white(discs(0.8)[:500, :200] // 8))
+    seen = assessed(photo("a.jpg", 1.0), before_white(discs(0.8)[:500, :200] // 8))
     assert seen.brightest < 40
     assert seen.burnt < 0.01
 
@@ -112,7 +112,7 @@ def test_what_is_burnt_on_the_limb_counts_before_any_backdrop(patch_px: int) -> 
         picture[150 : 150 + patch_px, 540 : 540 + patch_px] = 255
         whole_px = limb.size if backdrop == 255 else picture.size
         share = patch_px**2 / whole_px
-        assert 0.9 * share < judged(photo("a.jpg", 1.0), picture).burnt < 1.1 * share
+        assert 0.9 * share < assessed(photo("a.jpg", 1.0), picture).burnt < 1.1 * share
 
 
 def test_paint_on_a_burnt_limb_is_no_limb_before_a_backdrop() -> None:
@@ -121,8 +121,8 @@ def test_paint_on_a_burnt_limb_is_no_limb_before_a_backdrop() -> None:
     for x, y in np.random.default_rng(5).integers(5, 195, (160, 2)):
         cv2.circle(limb, (int(x), int(y * 500 / 200)), 4, 80, -1)
     bare = float((limb == 255).mean())
-    assert judged(photo("a.jpg", 1.0), before_white(limb)).burnt > 0.8 * bare
-    nothing = judged(photo("a.jpg", 1.0), np.full((900, 1200), 255, np.uint8))
+    assert assessed(photo("a.jpg", 1.0), before_white(limb)).burnt > 0.8 * bare
+    nothing = assessed(photo("a.jpg", 1.0), np.full((900, 1200), 255, np.uint8))
     assert nothing.burnt == 1.0
 
 
@@ -232,7 +232,7 @@ def test_five_files_that_are_no_pictures_are_named_and_more_are_counted(tmp_path
         files = [tmp_path / f"{k}.txt" for k in range(count)]
         for file in files:
             file.touch()
-        assert len(sifted(files).others) == told_of
+        assert len(files_by_kind(files).others) == told_of
 
 
 def test_burnt_ground_between_paint_that_placed_the_photos_spoils_nothing() -> None:

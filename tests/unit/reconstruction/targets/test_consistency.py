@@ -6,7 +6,7 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.board_detection import board_residuals_px, sides_px
+from limbgram.reconstruction.targets.board_detection import board_residuals_px, square_sides_px
 
 BOARD = Board.checkerboard("8x6", 10.0)
 SIZE_PX = (1280, 960)
@@ -23,7 +23,7 @@ def seen(k1: float, k2: float) -> np.ndarray:
 def off_px(xy_px: np.ndarray) -> np.ndarray:
     squares = BOARD.corners_mm[:, :2] / BOARD.square_mm
     return np.linalg.norm(
-        board_residuals_px(squares, xy_px, sides_px(squares, xy_px), SIZE_PX), axis=1
+        board_residuals_px(squares, xy_px, square_sides_px(squares, xy_px), SIZE_PX), axis=1
     )
 
 
