@@ -35,7 +35,7 @@ from limbgram.reconstruction.measuring.sampling import project
 from limbgram.reconstruction.measuring.uncertainty import _displacements as displacements
 from limbgram.reconstruction.scale.ruler import scale_by_cameras
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
-from limbgram.reconstruction.targets.corners import _linearize as corner_equations
+from limbgram.reconstruction.targets.corners import _normal_equations as corner_equations
 from limbgram.reconstruction.twoview.fundamental import normal_equations
 
 LENS = Camera(
