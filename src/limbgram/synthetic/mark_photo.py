@@ -15,7 +15,7 @@ from jaxtyping import Float64, UInt8
 from limbgram.core.geometry.arrays import GreyImage, Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY
+from limbgram.reconstruction.targets.board import KIT_DICTIONARY, marker_dictionary
 from limbgram.synthetic.rendering.developing import developed, softened
 
 FINE = 6
@@ -129,7 +129,7 @@ def _met(shot: MarkShot, rays: Points3) -> Points2:
 
 
 def _reflected(shot: MarkShot, printed_mm: Points2) -> Float64[np.ndarray, " n"]:
-    codes = cv2.aruco.getPredefinedDictionary(DICTIONARIES[shot.dictionary])
+    codes = marker_dictionary(shot.dictionary)
     cells = codes.markerSize + 2
     pattern: UInt8[np.ndarray, "c c"] = codes.generateImageMarker(shot.mark_id, cells)
     at = (printed_mm / shot.side_mm + 0.5) * cells

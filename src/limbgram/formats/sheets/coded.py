@@ -11,13 +11,12 @@ import math
 from collections.abc import Sequence
 from functools import cache
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import OptionsError
 from limbgram.formats.sheets.page import PageName, Paper, Sheet, pdf_of, rectangle, runs
-from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY
+from limbgram.reconstruction.targets.board import KIT_DICTIONARY, marker_dictionary
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
 
 STICKER_IDS = range(100)
@@ -254,5 +253,5 @@ def _draw(
 
 @cache
 def _black_cells(mark_id: int) -> Bool[np.ndarray, "c c"]:
-    codes = cv2.aruco.getPredefinedDictionary(DICTIONARIES[KIT_DICTIONARY])
+    codes = marker_dictionary(KIT_DICTIONARY)
     return codes.generateImageMarker(mark_id, codes.markerSize + 2) == 0

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.reconstruction.targets.board import DICTIONARIES
+from limbgram.reconstruction.targets.board import marker_dictionary
 from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.synthetic.props.room import Panel
 
@@ -61,7 +61,7 @@ def _picture(
     plate: MarkPlate, places_mm: Float64[np.ndarray, "n 2"], size_mm: Float64[np.ndarray, "2"]
 ) -> UInt8[np.ndarray, "h w 3"]:
     """The print; each texel has the share of black that truly lies in it."""
-    codes = cv2.aruco.getPredefinedDictionary(DICTIONARIES[plate.dictionary])
+    codes = marker_dictionary(plate.dictionary)
     cells = codes.markerSize + 2
     wide, high = np.rint(size_mm / _TEXEL_MM).astype(int).tolist()
     texel = size_mm / (wide, high)

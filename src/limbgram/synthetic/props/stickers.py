@@ -10,13 +10,12 @@ Method  every texel near a sticker's middle is laid on the plane that touches th
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 from scipy.ndimage import map_coordinates
 
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY
+from limbgram.reconstruction.targets.board import KIT_DICTIONARY, marker_dictionary
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import SockSpot, chart_place
 
@@ -128,7 +127,7 @@ def _printed(
     places_mm: Float64[np.ndarray, "n 3"], one: SockSticker
 ) -> tuple[Float64[np.ndarray, " n"], np.ndarray]:
     """Whether the print is white there, 0 or 1, and whether the sticker reaches there at all."""
-    codes = cv2.aruco.getPredefinedDictionary(DICTIONARIES[KIT_DICTIONARY])
+    codes = marker_dictionary(KIT_DICTIONARY)
     cells = codes.markerSize + 2
     pattern = np.asarray(codes.generateImageMarker(one.mark_id, cells))
     at = (places_mm[:, :2] / one.side_mm + 0.5) * cells
