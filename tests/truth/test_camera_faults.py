@@ -86,6 +86,7 @@ def test_a_stabiliser_moves_what_is_drawn_by_the_offsets_that_the_truth_records(
     assert recorded(without, "calibration") == [{}] * 3
 
 
+@pytest.mark.slow
 def test_breathing_draws_every_photo_larger_or_smaller_about_its_principal_point(
     without: Capture, tmp_path: Path
 ) -> None:
@@ -101,6 +102,7 @@ def test_breathing_draws_every_photo_larger_or_smaller_about_its_principal_point
         assert abs(grown - 1) > 5e-4
 
 
+@pytest.mark.slow
 def test_wandering_has_the_strength_that_was_asked_for_and_photos_differ() -> None:
     options = replace(
         FEW, photos=60, calibration_photos=60, faults=Faults(stabiliser_px=2.5, breathing=0.002)

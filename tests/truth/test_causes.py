@@ -131,7 +131,7 @@ def assert_names_only(message: str, cause: str) -> None:
         (ImageOps.mirror, "mirror"),
     ],
 )
-@pytest.mark.parametrize("calibrated", [True, False])
+@pytest.mark.parametrize("calibrated", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_damaged_photos(
     capture: Path, calibration: Calibration, tmp_path: Path, change, cause: str, calibrated: bool
 ) -> None:
@@ -145,7 +145,9 @@ def test_the_undamaged_capture_is_scaled(capture: Path, calibration: Calibration
     scaled(photos, cameras_for(photos, [calibration]))
 
 
-@pytest.mark.parametrize("times", [0.6, pytest.param(1.3, marks=pytest.mark.slow), 2.0])
+@pytest.mark.parametrize(
+    "times", [*(pytest.param(one, marks=pytest.mark.slow) for one in (0.6, 1.3)), 2.0]
+)
 @pytest.mark.parametrize("tells_its_lens", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_file_of_another_camera_of_the_same_size(
     capture: Path, calibration: Calibration, times: float, tells_its_lens: bool

@@ -103,6 +103,7 @@ def test_a_missing_side_is_named_with_its_place(capture: Capture, watch: Capture
     assert (drawn == np.array([92, 122, 133])).all(axis=2).sum() > 1000
 
 
+@pytest.mark.slow
 def test_a_step_that_was_left_out_is_advice(capture: Capture, watch: CaptureWatch) -> None:
     """All is joined across it and seen, and the verdict of the case would not name it."""
     photos = list(capture.photos)
@@ -117,6 +118,7 @@ def test_a_step_that_was_left_out_is_advice(capture: Capture, watch: CaptureWatc
     assert left_out.name not in told(advice)
 
 
+@pytest.mark.slow
 def test_a_blurred_photo_does_not_count(
     capture: Capture, watch: CaptureWatch, tmp_path: Path
 ) -> None:
@@ -148,6 +150,7 @@ def test_photos_that_do_not_join_are_the_answer_and_no_error(
     assert not found.missing or all(one.count for one in found.missing)
 
 
+@pytest.mark.slow
 def test_without_the_board_it_is_said(capture: Capture) -> None:
     found = check_sources(
         list(capture.photos[:6]),

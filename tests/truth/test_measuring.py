@@ -175,6 +175,7 @@ def test_what_no_photo_sees_is_called_filled_and_stays(ball: Ball) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_surface_ends_within_half_a_window_of_a_sharp_edge(tmp_path: Path) -> None:
     """A bowl that ends at height 0; depth maps went on to -12 mm, over a floor painted as it is."""
     random = np.random.default_rng(7)
@@ -300,6 +301,7 @@ def _flatness_mm(mesh: Mesh) -> float:
     return float(np.mean((edges**2).sum(-1)) / (8 * RADIUS_MM))
 
 
+@pytest.mark.slow
 def test_gaps_that_start_sunk_come_up_round_by_round(tmp_path: Path) -> None:
     """Depth maps span what lies between dabs as a chord does, here by 0.75 px."""
     random = np.random.default_rng(3)

@@ -136,7 +136,7 @@ def test_what_reads_a_red_surface_says_so_and_hands_it_on(folder: Path, tmp_path
     [
         pytest.param(slice(0, 3), id="three"),
         pytest.param(slice(0, 4), id="four", marks=pytest.mark.slow),
-        pytest.param(slice(None, None, 2), id="sparse"),
+        pytest.param(slice(None, None, 2), id="sparse", marks=pytest.mark.slow),
     ],
 )
 def test_too_few_photos_are_red_or_refused_and_never_anything_else(

@@ -94,6 +94,7 @@ def test_the_edge_of_a_moving_shadow_leaves_no_step(bench) -> None:
     assert 0.0 < error_mm * np.sqrt(1 - 1 / times**2) < 0.0135
 
 
+@pytest.mark.slow
 def test_a_thin_fin_keeps_its_two_sides_and_what_lies_behind_its_contour(bench) -> None:
     """A fin of 9 pixels' thickness and 12 mm height; behind it the skin is seen past its edge."""
     fin = bench.fin

@@ -99,6 +99,7 @@ def test_the_same_input_gives_the_same_bytes(make_capture: Callable[..., Any]) -
     ]
 
 
+@pytest.mark.slow
 def test_a_principal_point_off_by_its_sigma_comes_back(
     make_capture: Callable[..., Any], good_capture: Any
 ) -> None:

@@ -249,6 +249,7 @@ def test_one_mark_alone_makes_no_pair(marks: int) -> None:
     assert shared_marks(made.marks) == tuple(range(marks))
 
 
+@pytest.mark.slow
 def test_marks_of_which_others_do_not_fit_each_time_join_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

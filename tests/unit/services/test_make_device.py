@@ -103,6 +103,7 @@ def test_a_draped_sheet_takes_no_lettering(foot: ShapeFile, tmp_path: Path) -> N
 HEEL_ZONE = WallZone(at="heel", add_mm=2.0, reach_mm=15.0)
 
 
+@pytest.mark.slow
 def test_a_zone_of_the_wall_is_as_thick_as_ordered_and_nothing_else_changes(
     foot: ShapeFile, tmp_path: Path
 ) -> None:

@@ -87,6 +87,7 @@ def test_a_file_of_a_bent_shape_stands_on_its_open_edge_however_it_lies(tmp_path
     assert 90.0 < aside < 125.0
 
 
+@pytest.mark.slow
 def test_a_bent_shape_that_is_closed_has_no_end_to_stand_on(tmp_path: Path) -> None:
     whole = surface(HOOK, (-45, -45, -70), (45, 125, 125), 3.0, None)
     with pytest.raises(ShapeFileError) as refused:

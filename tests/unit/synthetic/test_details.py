@@ -42,6 +42,7 @@ def test_a_knit_has_its_height_and_its_period() -> None:
     assert waves[np.argmax(spectrum[1:])] == pytest.approx(2.0, rel=0.08)
 
 
+@pytest.mark.slow
 def test_veins_stand_out_and_scars_lie_deep_and_most_of_the_skin_is_left_alone() -> None:
     veins = raised_mm(SkinDetails(veins_mm=0.7))
     assert 0.4 < veins.max() <= 0.71

@@ -151,6 +151,7 @@ def test_wrinkles_are_as_high_as_long_waves() -> None:
     assert steep[1] > 1.4 * steep[0]
 
 
+@pytest.mark.slow
 def test_a_plain_sock_shows_next_to_nothing_to_match(tmp_path: Path) -> None:
     options = replace(TINY, width_px=720, height_px=480, photos=3, calibration_photos=0)
     counts: dict[Paint, int] = {}

@@ -522,6 +522,7 @@ def _believing(found: Solved) -> JointEquations:
     )
 
 
+@pytest.mark.slow
 def test_sigma_grows_over_a_bare_patch_the_more_the_wider_it_is() -> None:
     """Relief under a gap in the paint is not seen: the plate runs straight over it.
 

@@ -81,7 +81,14 @@ UNEVEN = [4.0] * 60 + [0.0] * 50 + [12.0] * 30 + [1.0] * 120
 """A walk, a rest, a run, a creep."""
 
 
-@pytest.mark.parametrize(("codec", "ending"), [("MJPG", "avi"), ("mp4v", "mp4"), ("MJPG", "mov")])
+@pytest.mark.parametrize(
+    ("codec", "ending"),
+    [
+        pytest.param("MJPG", "avi", marks=pytest.mark.slow),
+        ("mp4v", "mp4"),
+        pytest.param("MJPG", "mov", marks=pytest.mark.slow),
+    ],
+)
 def test_frames_are_spread_by_way_not_by_time(tmp_path: Path, codec: str, ending: str) -> None:
     made = film(tmp_path / f"walk.{ending}", UNEVEN, codec, tremble_px=0.5)
     choice, pixels = chosen(made.path, FrameOptions(count=12))

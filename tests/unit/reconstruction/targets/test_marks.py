@@ -73,6 +73,7 @@ def test_marks_on_a_cylinder_of_50_mm_are_measured_to_a_twentieth(blur_px: float
     assert 1e-3 < np.sqrt((off**2).mean()) < 0.05
 
 
+@pytest.mark.slow
 def test_noise_costs_its_share_and_no_more() -> None:
     clean = np.sqrt((misses_px(noise=0.0) ** 2).mean())
     noisy = np.sqrt((misses_px(noise=6.0) ** 2).mean())

@@ -80,7 +80,9 @@ def test_a_ball_stops_at_the_offset_of_a_sphere_off_the_axis() -> None:
     assert (np.abs(found - np.maximum(expected, 0)) < 0.02 * steep).all()
 
 
-@pytest.mark.parametrize("kind", ["cylinder", "cone", "ellipsoid"])
+@pytest.mark.parametrize(
+    "kind", [pytest.param("cylinder", marks=pytest.mark.slow), "cone", "ellipsoid"]
+)
 @pytest.mark.parametrize("pattern", ["helix", "rings"])
 def test_the_shape_is_carved_and_not_cut_into(kind: str, pattern: str) -> None:
     mesh = body(kind)
@@ -94,6 +96,7 @@ def test_the_shape_is_carved_and_not_cut_into(kind: str, pattern: str) -> None:
     assert check.rapid_hits == 0
 
 
+@pytest.mark.slow
 def test_finer_ridges_are_finer() -> None:
     mesh = body("cone")
     found = []
