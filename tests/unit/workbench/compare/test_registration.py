@@ -131,7 +131,10 @@ def test_limbs_of_grossly_different_sizes_are_refused(limb, factor: float, word:
 
 
 @pytest.mark.parametrize("width_mm", [55, pytest.param(150, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("factor", "word"), [(0.82, "18% narrower"), (1.2, "20% wider")])
+@pytest.mark.parametrize(
+    ("factor", "word"),
+    [pytest.param(0.82, "18% narrower", marks=pytest.mark.slow), (1.2, "20% wider")],
+)
 def test_sizes_are_judged_by_the_width_of_the_limb(limb, width_mm, factor, word) -> None:
     """The limb is 102 mm wide; a child's or an arm gets the same answer as a thigh."""
     other = limb.with_mesh(limb.mesh.with_vertices(limb.mesh.vertices_mm * (width_mm / 102)))

@@ -43,7 +43,7 @@ def _walls(found: Comparison) -> list[Finding]:
 
 
 @pytest.mark.parametrize(("side", "skin"), [("outward", "inside"), ("inward", "outside")])
-@pytest.mark.parametrize("limb_first", [True, False])
+@pytest.mark.parametrize("limb_first", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_wall_is_the_limb_that_it_was_made_of(side: str, skin: str, *, limb_first: bool) -> None:
     """4 mm thick: between both its skins and the limb lay up to 1,270 mL and 25 mm of girth."""
     limb = _cup()

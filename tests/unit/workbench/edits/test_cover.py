@@ -110,7 +110,10 @@ def told(notes: tuple[Finding, ...], code: str) -> Finding:
     return next(one for one in notes if one.code == code)
 
 
-@pytest.mark.parametrize("thickness_mm", [2.0, 4.0, 8.0])
+@pytest.mark.parametrize(
+    "thickness_mm",
+    [pytest.param(2.0, marks=pytest.mark.slow), 4.0, pytest.param(8.0, marks=pytest.mark.slow)],
+)
 def test_a_crease_is_filled_and_the_wall_nowhere_thinner(thickness_mm: float) -> None:
     mesh = snowman()
     made = do_edit(Limb(mesh=mesh), Wall(thickness_mm=thickness_mm))
@@ -209,7 +212,7 @@ def stump_ragged_to_its_right() -> Mesh:
     return mesh
 
 
-@pytest.mark.parametrize("side", ["outward", "inward"])
+@pytest.mark.parametrize("side", ["outward", pytest.param("inward", marks=pytest.mark.slow)])
 def test_a_ragged_edge_is_left_out_only_where_it_is_ragged(side: str) -> None:
     mesh = stump_ragged_to_its_right()
     made = do_edit(Limb(mesh=mesh), Wall(thickness_mm=6.0, side=side))  # pyright: ignore
@@ -219,6 +222,7 @@ def test_a_ragged_edge_is_left_out_only_where_it_is_ragged(side: str) -> None:
     assert told(made.notes, "edit.wall.trimmed").values["area_mm2"] < 40.0
 
 
+@pytest.mark.slow
 def test_an_inward_wall_of_a_ragged_hand_is_nowhere_thinner_than_asked() -> None:
     made = do_edit(Limb(mesh=ragged(hand(), 8)), Wall(thickness_mm=8.0, side="inward"))
     require_one_sound_solid(made.mesh)

@@ -266,6 +266,7 @@ def ragged(limb: Limb, depth_mm: float) -> Limb:
     return replace(limb, mesh=limb.mesh.with_vertices(vertices))
 
 
+@pytest.mark.slow
 def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
     torn = ragged(limb, 4.0)
     with pytest.raises(EditError, match="cut it by a plane"):
@@ -295,6 +296,7 @@ def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
     assert made.notes[0].code == "edit.wall.trimmed"
 
 
+@pytest.mark.slow
 def test_teeth_of_a_part_of_an_open_edge_cost_nothing_elsewhere() -> None:
     """A tube that is open at both ends; 60 degrees of its upper edge are teeth, the lower is cut
     level."""

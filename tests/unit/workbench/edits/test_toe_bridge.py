@@ -65,6 +65,7 @@ def bridged(two_toes: Limb) -> Limb:
     return do_edit(two_toes, ToeBridge(gap_mm=2 * RADIUS_MM))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_a_scan_that_lies_otherwise_and_the_other_foot_are_filled_alike(
     two_toes: Limb, bridged: Limb, side: Side

@@ -111,7 +111,12 @@ def value_mm(girth: Measure, level: Level) -> float:
 
 @pytest.mark.parametrize("girth", [contour_mm, tape_mm])
 @pytest.mark.parametrize(
-    ("true", "seen"), [(smooth, smooth), (wrinkled, wrinkled), (knitted, smooth)]
+    ("true", "seen"),
+    [
+        pytest.param(smooth, smooth, marks=pytest.mark.slow),
+        (wrinkled, wrinkled),
+        pytest.param(knitted, smooth, marks=pytest.mark.slow),
+    ],
 )
 def test_intervals_of_girths_hold_on_every_skin(true: Skin, seen: Skin, girth: Measure) -> None:
     fine = band(true(*grid(0.4)), 0.4)
