@@ -377,7 +377,7 @@ def speeds(control: Control4, ball: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array(over), np.array(turning)
 
 
-@pytest.fixture(scope="module", params=["calf", "leaning"])
+@pytest.fixture(scope="module", params=[pytest.param("calf", marks=pytest.mark.slow), "leaning"])
 def shape(request: pytest.FixtureRequest) -> tuple[Limb, Radius]:
     radius = {"calf": calf, "leaning": leaning}[request.param]
     return limb_of(radius), radius

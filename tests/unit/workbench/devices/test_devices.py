@@ -164,6 +164,7 @@ def test_a_strap_too_near_another_is_told_with_the_width_that_fits(bodies: dict[
     preview_device(bodies["torso"], replace(order, values=fitting))
 
 
+@pytest.mark.slow
 def test_straps_spread_unless_somebody_said_where(bodies: dict[str, Limb]) -> None:
     """The chest strap is put down to the waist's: that one moves down, or is refused if given."""
     order = Order(device="tlso-front", made="printed", values={"chest_strap_below_mm": 80.0})
