@@ -100,14 +100,16 @@ def explain(equations: TwoBodyEquations, bodies: Bodies, floor: float) -> Search
     ]
     ranked = tuple(sorted(every, key=lambda one: -one.score))
     motions = accepted.motions([one.is_fact for one in explained])
-    if sway is not None and sway.explanation.is_fact:
-        motions = motions + sway.motions
+    certain_sway = sway if sway is not None and sway.explanation.is_fact else None
+    if certain_sway is not None:
+        motions = motions + certain_sway.motions
     facts = [term for term, one in zip(accepted.terms, explained, strict=True) if one.is_fact]
     return SearchResult(
         explanations=ranked,
         photos=equations.photos,
         motions=motions,
-        course_known=_course_is_known(equations, accepted, facts, floor),
+        course_known=certain_sway is not None
+        or _course_is_known(equations, accepted, facts, floor),
         instead_of_lenses=tuple(
             kind for kind in equations.deviations if explains_as_well(versus_lenses(kind))
         ),
