@@ -21,6 +21,7 @@ Limits  What moves by more than some hundredths of the picture's width, such as 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -182,7 +183,7 @@ class LabelledScene:
         """Matches of placed photos with both keypoints of these kinds."""
         return self.sides.matches_on(self.matches.pairs, kinds)
 
-    @property
+    @cached_property
     def mm(self) -> float | None:
         """Length of a millimetre in the scene; None where it is unknown."""
         return millimetre(self.detections, self.scene)

@@ -160,12 +160,18 @@ def _significant_candidates(
         remaining = second_body.of_motion.eliminating(accepted.columns)
         every = ScoreTest.of(remaining)
         for group in _candidates(equations, accepted.terms):
-            tests = [ScoreTest.of(remaining.restricted_to(one.columns)) for one in group]
-            best = int(np.argmax([one.statistic for one in tests]))
-            known = any(one.term.same_as(group[best]) for one in significant)
-            if not known and f_test_p_value(every, tests[best], len(group)) <= SIGNIFICANCE_LEVEL:
-                significant.append(_Candidate(group[best], len(group)))
+            best, test = _best_of(group, remaining)
+            known = any(one.term.same_as(best) for one in significant)
+            if not known and f_test_p_value(every, test, len(group)) <= SIGNIFICANCE_LEVEL:
+                significant.append(_Candidate(best, len(group)))
     return significant
+
+
+def _best_of(group: Sequence[Term], remaining: NormalEquations) -> tuple[Term, ScoreTest]:
+    """The term of a group that explains most of what remains, and its test."""
+    tests = [ScoreTest.of(remaining.restricted_to(one.columns)) for one in group]
+    best = int(np.argmax([one.statistic for one in tests]))
+    return group[best], tests[best]
 
 
 def _candidates(equations: TwoBodyEquations, terms: Sequence[Term]) -> list[list[Term]]:
@@ -221,8 +227,7 @@ def _course_is_known(
     rivals = [_sway_criterion(equations, still, floor)]
     for group in _candidates(equations, still.terms):
         if group[0].kind in {"step", "drift"} - kinds:
-            tests = [ScoreTest.of(remaining.restricted_to(one.columns)) for one in group]
-            best = group[int(np.argmax([one.statistic for one in tests]))]
+            best, _ = _best_of(group, remaining)
             rival = _with_term(equations, still, best, len(group))
             rivals.append(_information_criterion(equations, rival))
     noise = max(1.0, accepted.lack_of_fit.variance_factor)
