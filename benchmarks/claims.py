@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from cost_tables import BY_PHOTOS, BY_PIXELS, cost_table, finished, least
+from explanation_tables import by_fault
 from harness import described, table
 from landmark_tables import by_kind
 
@@ -269,6 +270,11 @@ def landmarks() -> str:
     return by_kind(result("landmarks")) + "\n\n" + _measured_on(("landmarks",))
 
 
+def explained_faults() -> str:
+    """What is told of each fault at each strength."""
+    return by_fault(result("explanations"))
+
+
 def _placed(one: Json) -> str:
     photos = one["summary"]["photos"]
     return f"{sum(photo['placed'] for photo in photos)} of {len(photos)}"
@@ -292,6 +298,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "cost": cost,
     "real": real,
     "landmarks": landmarks,
+    "explained-faults": explained_faults,
 }
 
 if __name__ == "__main__":

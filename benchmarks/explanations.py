@@ -27,7 +27,7 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeVar
@@ -37,7 +37,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 from scipy.spatial.transform import Rotation
 
-from harness import asking, machine, made_on, table, write
+from explanation_tables import DOORS, UNDECIDED, UNTOLD, in_short, outcome
+from harness import asking, machine, write
 from limbgram.cases.capture_check import check_sources
 from limbgram.cases.case_assessment import read_truth
 from limbgram.core.errors import LimbgramError
@@ -71,8 +72,6 @@ from limbgram.synthetic import (
 from limbgram.synthetic.props.gauges import GaugeCylinder
 from shapes import SHAPES, shape_of
 
-DOORS = ("check", "reconstruct")
-_OVER_STATED = "error of 95 %, true / stated, mm"
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -98,16 +97,6 @@ BLAMES: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 """Codes, or how they begin, by what they blame."""
-UNDECIDED = (
-    "movement.unknown", "movement.shape.unknown", "board.stretched_or_lens", "board.bent_or_lens",
-    "scale.cause.board_or_lens",
-)  # fmt: skip
-"""Codes that name a second cause beside the first, and what would decide."""
-ASKS = (
-    "placing.too_few", "placing.torn", "placing.no_start", "placing.photo.other_group",
-    "placing.photo.alone", "placing.photo.few_agree", "placing.photo.loose",
-)  # fmt: skip
-"""Codes that blame nothing: photos stand too far apart, or show too little, to be joined."""
 _SMALL = CaptureOptions(
     photos=12, width_px=720, height_px=480, calibration_photos=0, samples=2, mesh_step_mm=1.5
 )
@@ -209,7 +198,7 @@ def main() -> None:
         result |= {"machine": machine()}
         found = tried(case, chosen.doors, chosen.keep, surface=chosen.surface)
         result["captures"][case.name] = found | {"commit": result["machine"]["commit"][:12]}
-        sys.stderr.write(f"{case.name}: {_in_short(found)}\n")
+        sys.stderr.write(f"{case.name}: {in_short(found)}\n")
         write(chosen.out, result)
     write(chosen.out, result)
 
@@ -518,7 +507,7 @@ def tried(
         found = {door: _timed(answer, case) for door, answer in doors.items() if door in asked}
         row: dict[str, Any] = {"family": case.family, "row": case.row, "strength": case.strength}
         row |= found
-        if surface and "reconstruct" in found and outcome(row, "reconstruct") in _UNTOLD:
+        if surface and "reconstruct" in found and outcome(row, "reconstruct") in UNTOLD:
             row["surface"] = _surface(images, given, case.board)
     return row
 
@@ -802,121 +791,6 @@ def _without_exif(folder: Path) -> None:
 def _by_messenger(folder: Path) -> None:
     for file in _files(folder):
         _stored(file, lambda picture: picture, keep_exif=False, quality=70)
-
-
-_UNTOLD = ("silent", "undecided")
-_TWO = ("two casts beside one board",)
-"""Of the clinic's folders, those that are not sound."""
-
-
-def outcome(one: dict[str, Any], door: str) -> str:
-    """How a door did: of sound captures false or right, of faults what it told."""
-    found = one[door]
-    if not _is_fault(one):
-        if found["accused"]:
-            return "accused"
-        if any(code.startswith(ASKS) for code in found["said"]):
-            return "asks for photos"
-        return "refused" if found["refused"] else "set aside" if found["aside"] else "right"
-    if found["told"]:
-        return "told beside another cause" if found["accused"] else "told"
-    if found["accused"]:
-        return "another cause"
-    if any(code.startswith(UNDECIDED) for code in found["said"]):
-        return "undecided"
-    return "refused" if found["refused"] else "silent"
-
-
-def _is_fault(one: dict[str, Any]) -> bool:
-    return one["family"] == "faults" or one["row"] in _TWO
-
-
-def page(result: dict[str, Any]) -> str:
-    """The table for people."""
-    captures: dict[str, dict[str, Any]] = result["captures"]
-    parts = ["# What is said of sound captures, and of faults"]
-    if "machine" in result:
-        parts.append(made_on(result["machine"]))
-    heads = (
-        "family",
-        "row",
-        "strength",
-        "captures",
-        *DOORS,
-        _OVER_STATED,
-        "CPU s a door",
-        "commit",
-    )
-    rows: list[Sequence[str]] = []
-    for family, row, strength in dict.fromkeys(_group(one) for one in captures.values()):
-        own = [one for one in captures.values() if _group(one) == (family, row, strength)]
-        cpu = np.median([one[door]["cpu_s"] for one in own for door in DOORS if door in one])
-        counts = [_counted(outcome(one, door) for one in own if door in one) for door in DOORS]
-        commits = ", ".join(dict.fromkeys(one["commit"] for one in own))
-        over = ", ".join(_over_stated(one) for one in own if "surface" in one)
-        rows.append((family, row, strength, str(len(own)), *counts, over, f"{cpu:.0f}", commits))
-    parts.append(table(heads, rows))
-    answers = [(name, one, door) for name, one in captures.items() for door in DOORS if door in one]
-    sound = [one for one in answers if not _is_fault(one[1])]
-    for title, asked, listed in (
-        ("Sound captures: false accusations", sound, ("accused",)),
-        ("Sound captures: refused, or photos set aside", sound, ("refused", "set aside")),
-        ("Faults: another cause named, alone or beside the true one",
-         [one for one in answers if one not in sound],
-         ("another cause", "told beside another cause")),
-    ):  # fmt: skip
-        found = [one for one in asked if outcome(one[1], one[2]) in listed]
-        parts.append(f"{title}: {len(found)} answers of {len(asked)}.")
-        parts.append("\n".join(_line(*one) for one in found))
-    silent = [one for one in answers if one[2] == "reconstruct" and "surface" in one[1]]
-    silent = [one for one in silent if outcome(one[1], one[2]) == "silent"]
-    lies = [one for one in silent if _stated_too_little(one[1])]
-    parts.append(
-        f"Faults silent in reconstruct, true error beyond the stated one: {len(lies)} of "
-        f"{len(silent)} whose surface was made."
-    )
-    parts.append("\n".join(f"- {name}: {_over_stated(one)}" for name, one, _ in lies))
-    return "\n\n".join(filter(None, parts)).rstrip() + "\n"
-
-
-def _over_stated(one: dict[str, Any]) -> str:
-    """True and stated error, and their ratio."""
-    true, stated = one["surface"]["true_p95_mm"], one["surface"]["stated_p95_mm"]
-    if stated is None:
-        return f"{true:.2f} / none stated"
-    return f"{true:.2f} / {stated:.2f} = {true / stated:.2f}"
-
-
-def _stated_too_little(one: dict[str, Any]) -> bool:
-    stated = one["surface"]["stated_p95_mm"]
-    return stated is not None and one["surface"]["true_p95_mm"] > stated
-
-
-def _line(name: str, one: dict[str, Any], door: str) -> str:
-    found = one[door]
-    strength = f"; {one['strength']}" if one["family"] == "sound" else ""
-    codes = found["accused"] or list(filter(None, [found["refused"]]))
-    aside = f"; {len(found['aside'])} photos set aside" if found["aside"] else ""
-    what = f"{', '.join(codes)}{aside}"
-    return f"- {name} ({one['row']}{strength}), {door}, {one['commit'][:7]}: {what}"
-
-
-def _group(one: dict[str, Any]) -> tuple[str, str, str]:
-    return one["family"], one["row"], one["strength"] if one["family"] != "sound" else ""
-
-
-def _counted(outcomes: Iterable[str]) -> str:
-    found = list(outcomes)
-    return ", ".join(f"{found.count(one)} {one}" for one in dict.fromkeys(sorted(found)))
-
-
-def _in_short(found: dict[str, Any]) -> str:
-    return "; ".join(
-        f"{door}: {outcome(found, door)} {found[door]['told']} {found[door]['accused']} "
-        f"{found[door]['refused']} aside {len(found[door]['aside'])}, {found[door]['cpu_s']} s"
-        for door in DOORS
-        if door in found
-    )
 
 
 if __name__ == "__main__":

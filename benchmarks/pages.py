@@ -19,6 +19,7 @@ RESULTS = Path(__file__).parent / "results"
 MADE_BY = {
     "cost": "cost_tables",
     "growth": "cost_tables",
+    "explanations": "explanation_tables",
     "rendered": "tables",
     "real": "tables",
     "skull": "tables",
