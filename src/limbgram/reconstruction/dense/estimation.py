@@ -120,18 +120,11 @@ def to_world_direction(view: np.ndarray, nx: float, ny: float, nz: float):
 
 
 @njit(inline="always")
-def depth_on_plane(
-    view: np.ndarray,
-    u: float,
-    v: float,
-    column: float,
-    row: float,
-    depth: float,
-    nx: float,
-    ny: float,
-    nz: float,
-):
-    """Depth at (u, v) of the plane that was measured at a pixel nearby."""
+def depth_on_plane(depth_map: _MapArrays, column: int, row: int, u: float, v: float) -> float:
+    """Depth at (u, v) of the plane that a map has at a pixel nearby."""
+    depths, normals, view = depth_map
+    depth = depths[row, column]
+    nx, ny, nz = normals[row, column]
     q0, q1 = (row - view[15]) / view[13], (v - view[15]) / view[13]
     p0 = (column - view[14] - view[16] * q0) / view[12]
     p1 = (u - view[14] - view[16] * q1) / view[12]
@@ -170,7 +163,7 @@ def _add_consistent(
             if not measured > 0:
                 continue
             nx, ny, nz = other_normal[j, i]
-            plane_depth = depth_on_plane(other_view, u, v, i, j, measured, nx, ny, nz)
+            plane_depth = depth_on_plane(other, i, j, u, v)
             if abs(plane_depth - expected) > _DEPTH_TOLERANCE * expected:
                 continue
             ox, oy, oz = to_world_direction(other_view, nx, ny, nz)
