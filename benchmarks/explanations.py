@@ -15,10 +15,11 @@ again, and every row names the commit that it was measured on; with `--join` not
 photographed. With `--surface` the surface of a fault that `reconstruct` does not tell is made, and
 the row says within how much of it 95 % lies, by the truth and as stated. More than stated is a lie.
 The things photographed are three kinds of limb, a gauge cylinder, and feet, trunks and boxes
-(`shapes`). Sound captures from seed 1001 on are sparsely painted ones at full size (3.8 MP). `real`
-are sets of photographs of rigid things, whole and as people pass photos on: all that blames
-anything there is false. To bound the cost they are 1400 px long, and what is done to sizes, EXIF
-and files is done to every second photo. `clinic` has folders as they come: sizes, cuts and lenses
+(`shapes`). Sound captures from seed 1001 on are sparsely painted ones at full size (3.8 MP); faults
+from seed 2001 on are seen in 20 photos of 1.4 MP. `real` are sets of photographs of rigid things,
+whole and as people pass photos on: all that blames anything there is false. To bound the cost they
+are 1400 px long, and what is done to sizes, EXIF and files is done to every second photo.
+`clinic` has folders as they come: sizes, cuts and lenses
 mixed, bursts, films, stools, which are sound, and two limbs in one folder, which are refused.
 """
 
@@ -105,6 +106,9 @@ _FULL = replace(_SMALL, photos=15, width_px=2376, height_px=1584, mesh_step_mm=0
 _FULL_PHONE = replace(_FULL, width_px=2248, height_px=1686, distance_mm=500.0, lens=PHONE)
 _FIRST_SPARSE = 1001
 """Seed of the first sound capture at full size; those of smaller seeds stay what they were."""
+_SHARP = {"photos": 20, "width_px": 1360, "height_px": 1020, "mesh_step_mm": 1.0}
+_FIRST_SHARP = 2001
+"""Seed of the first captures with faults of more and sharper photos."""
 _SPARSE_SHARES = (0.08, 0.11, 0.15)
 """Of the surface, that paint covers."""
 _SIGMAS = {
@@ -334,11 +338,16 @@ def real_cases(folder: Path) -> Iterator[Case]:
 
 def fault_cases(seed: int) -> Iterator[Case]:
     """Every row of faults at three strengths: below, at and three times what matters."""
+    sharp = seed >= _FIRST_SHARP
     for row, strengths in FAULTS.items():
         for strength, case in strengths.items():
             made = None if case.made is None else replace(case.made, seed=seed)
-            name = f"{row}, {strength}, seed {seed}"
-            yield replace(case, name=name, row=row, strength=strength, made=made)
+            if made is not None and sharp:
+                made = replace(made, **_SHARP)
+            told = f"{strength} at 1.4 MP" if sharp else strength
+            yield replace(
+                case, name=f"{row}, {told}, seed {seed}", row=row, strength=told, made=made
+            )
 
 
 def clinic_cases(seed: int) -> Iterator[Case]:
