@@ -27,8 +27,9 @@ NOISE_RINGS, DETAIL_RINGS, WIDE_RINGS = 20, 10, 40
 """Radii, in rings, of the neighbourhoods over which energies are pooled."""
 SEED = 11
 """Seed of all random numbers."""
-_ERROR_CORRELATION = 0.14
-"""Correlation of two photos' errors: 0.05 to 0.2 with the surface fixed at the truth."""
+ERROR_CORRELATION, DAB_ERROR_CORRELATION = 0.14, 0.28
+"""Effective correlation of two photos' errors in even paint (0.05 to 0.2 with the surface fixed at
+the truth), and in a dab far from any other, from the errors of five captures with little paint."""
 _OUTLIER_RATIO = 9.0
 """An energy that exceeds its wide mean by more than this factor is an outlier of the mesh."""
 _RIM_RINGS = 3
@@ -51,10 +52,13 @@ def probe_right_sides(
     return found
 
 
-def error_over_disagreement(photo_count: Int64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+def error_over_disagreement(
+    photo_count: Int64[np.ndarray, " n"],
+    correlation: float | Float64[np.ndarray, " n"] = ERROR_CORRELATION,
+) -> Float64[np.ndarray, " n"]:
     """Energy of the photos' errors, including correlated ones, over that of their disagreement."""
     count = np.maximum(photo_count, 2).astype(np.float64)
-    return count / (count - 1) * (1 + (count - 1) * _ERROR_CORRELATION) / (1 - _ERROR_CORRELATION)
+    return count / (count - 1) * (1 + (count - 1) * correlation) / (1 - correlation)
 
 
 def robust_mean_square(values: Float64[np.ndarray, " n"]) -> float:

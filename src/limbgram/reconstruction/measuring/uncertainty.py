@@ -52,7 +52,9 @@ from limbgram.reconstruction.measuring.anisotropic_plate import (
 )
 from limbgram.reconstruction.measuring.creases import lost_creases_mm
 from limbgram.reconstruction.measuring.disagreement import (
+    DAB_ERROR_CORRELATION,
     DETAIL_RINGS,
+    ERROR_CORRELATION,
     MIN_PAINTED_SIGNAL,
     NOISE_RINGS,
     PROBES,
@@ -143,8 +145,6 @@ within which the gap's middle is searched. Of 0 to 0.45 px, 0.25 to 0.3 makes th
 captures with little paint the most likely."""
 _UNCONFIRMED_PX = 0.12
 """Additional error, in pixels, where fewer than two photos agree."""
-_MAX_NOISE_PX = 0.35
-"""Largest noise, in pixels, where only the prior determines the surface."""
 _MAX_START_ERROR_LEFT = 0.5
 """A guessed vertex that keeps more than this of an error is still a guess: in eight captures with
 half of the paint left out, errors of guesses were 0.5 px below this and up to 4.9 mm above it."""
@@ -198,7 +198,8 @@ def local_errors(
         probes = solve_all(system, probe_right_sides(mesh, observed, equations))
     squares = [probe**2 for probe in probes]
     noise = _noise_energy(squares, equations, pool, noise_level, NOISE_RINGS)
-    noise /= 1 + start_error_left * noise / (_MAX_NOISE_PX * observed.pixel_mm) ** 2
+    noise *= _sparse_paint_factor(equations, pool, painted)
+    noise *= 1 - start_error_left  # photos displace a vertex as far as they correct it
     unseen = _unseen_relief(kriging, reference, thin_plate, equations, painted)
     probe_energy = error_factor * np.mean(np.square(reference.probes), axis=0)
     narrow, wide = (
@@ -559,6 +560,20 @@ def _noise_energy(
         * noise_level
         * pool.energy(np.sum(energies, axis=0) / (PROBES * noise_level), rings)
     )
+
+
+def _sparse_paint_factor(
+    equations: JointEquations, pool: Pool, painted: Pool
+) -> Float64[np.ndarray, " n"]:
+    """Energy of the photos' errors over that in even paint, by the painted share around.
+
+    Errors in dabs exceed the disagreement by more (`DAB_ERROR_CORRELATION`).
+    """
+    around = np.maximum(pool.counted_shares[WIDE_RINGS], np.finfo(float).tiny)
+    bare = 1 - np.clip(painted.counted_shares[WIDE_RINGS] / around, 0.0, 1.0)
+    correlation = ERROR_CORRELATION + (DAB_ERROR_CORRELATION - ERROR_CORRELATION) * bare
+    count = equations.photo_count
+    return error_over_disagreement(count, correlation) / error_over_disagreement(count)
 
 
 def _chordal_deviation_mm(observed: ObservedSurface, pool: Pool) -> Float64[np.ndarray, " n"]:
