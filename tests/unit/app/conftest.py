@@ -1,7 +1,6 @@
 """A clinic in a temporary folder, and somebody who is signed in to it."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,8 @@ from limbgram.app.server import build
 from limbgram.app.state import AppState
 from limbgram.cases.shelf import Shelf
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.synthetic import SMALL, stage_truth
+from limbgram.synthetic import SMALL
+from limbgram.synthetic.props.limb import make_limb
 
 HOST = "127.0.0.1:8000"
 API = "/api/v1"
@@ -30,9 +30,9 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture(scope="session")
 def limb(request: pytest.FixtureRequest) -> Mesh:
-    """Of edges of 2.4 mm where a test asks for no others."""
-    step_mm: float = getattr(request, "param", 2.4)
-    return stage_truth(replace(SMALL, mesh_step_mm=step_mm, calibration_photos=0)).limb.mesh
+    """Of edges of 4 mm where a test asks for no others."""
+    step_mm: float = getattr(request, "param", 4.0)
+    return make_limb(SMALL.kind, SMALL.seed, step_mm, 60.0).mesh
 
 
 @pytest.fixture

@@ -89,7 +89,14 @@ def test_an_act_is_known_to_the_program_that_is_started_again(
         assert passes(other, case) == [2]
 
 
-@pytest.mark.parametrize("damaged", [b"", b'{"of": "PO', b"\xff\xfe"], ids=["empty", "cut", "none"])
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        pytest.param(b"", id="empty", marks=pytest.mark.slow),
+        pytest.param(b'{"of": "PO', id="cut"),
+        pytest.param(b"\xff\xfe", id="none", marks=pytest.mark.slow),
+    ],
+)
 def test_an_act_whose_answer_cannot_be_read_is_not_done_a_second_time(
     client: TestClient, app_state: AppState, case: str, damaged: bytes
 ) -> None:

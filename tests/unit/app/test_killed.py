@@ -52,6 +52,7 @@ def app_on(cases: Path) -> Iterator[tuple["subprocess.Popen[str]", httpx.Client]
 
 
 def test_a_kill_in_mid_upload_and_in_mid_run_loses_nothing(tmp_path: Path) -> None:
+    """Nor does the app that is asked to end."""
     cases, photos = tmp_path / "cases", noise(tmp_path, 8)
     content = photos[0].read_bytes()
     half = len(content) // 2
@@ -69,7 +70,7 @@ def test_a_kill_in_mid_upload_and_in_mid_run_loses_nothing(tmp_path: Path) -> No
         process.wait(20)
     before_s = kept_of(cases, case)["elapsed_s"]
     wait_until(lambda: not Path(f"/proc/{worker}").exists(), "the run goes on without the app")
-    with app_on(cases) as (_, client):
+    with app_on(cases) as (process, client):
         told = {one["name"]: one for one in client.get(f"{case}/photos").json()["photos"]}
         assert len(told) == len(photos)
         arriving = told[photos[0].name]
@@ -80,17 +81,16 @@ def test_a_kill_in_mid_upload_and_in_mid_run_loses_nothing(tmp_path: Path) -> No
         assert sent.json()["photos"][0]["sha256"] == hashlib.sha256(content).hexdigest()
         assert worker_of(client, case) != worker, "it goes on by itself"
         assert client.get(f"{case}/job").json()["elapsed_s"] >= before_s > 0
-        client.post(f"{case}/job/cancel")
-        wait_until(lambda: client.get(f"{case}/job").json()["state"] == "cancelled", "no end")
+        worker = worker_of(client, case)
+        client.close()
+        process.send_signal(signal.SIGTERM)
+        require_ended(process, worker, cases, case)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "first"),
-    [
-        (signal.SIGTERM, "app"),
-        pytest.param(signal.SIGINT, "app", marks=pytest.mark.slow),
-        pytest.param(signal.SIGTERM, "worker", marks=pytest.mark.slow),
-    ],
+    [(signal.SIGTERM, "app"), (signal.SIGINT, "app"), (signal.SIGTERM, "worker")],
 )
 def test_asked_to_end_it_ends_what_runs_and_says_so(
     tmp_path: Path, asked: signal.Signals, first: str
@@ -107,11 +107,16 @@ def test_asked_to_end_it_ends_what_runs_and_says_so(
             wait_until(lambda: not Path(f"/proc/{worker}").exists(), "the run does not end")
         client.close()
         process.send_signal(asked)
-        assert process.stdout is not None
-        assert json.loads(process.stdout.read()) == {"closed": True}
-        assert process.wait(20) == 0
+        require_ended(process, worker, tmp_path / "cases", case)
+
+
+def require_ended(process: "subprocess.Popen[str]", worker: int, cases: Path, case: str) -> None:
+    """What runs has ended with the app, which says so; it is to go on when the app is back."""
+    assert process.stdout is not None
+    assert json.loads(process.stdout.read()) == {"closed": True}
+    assert process.wait(20) == 0
     wait_until(lambda: not Path(f"/proc/{worker}").exists(), "the run goes on without the app")
-    kept = kept_of(tmp_path / "cases", case)
+    kept = kept_of(cases, case)
     assert (kept["state"], kept["wanted"]) == ("interrupted", True)
 
 

@@ -285,8 +285,8 @@ def board_photos(folder: Path, columns: int, rows: int, legacy: bool, mirrored: 
     corners = np.array([[0, 0], [wide, 0], [wide, high], [0, high]], np.float32)
     for k, (dx, dy) in enumerate(((0, 0), (40, 13), (-33, 27), (13, -40))):
         ends = [[100 + dx, 80], [520, 93 + dy], [533 - dx, 400], [80, 413 - dy]]
-        seen = cv2.getPerspectiveTransform(corners, np.array(ends, np.float32))
-        grey = cv2.warpPerspective(flat, seen, (640, 480), borderValue=(180,))
+        seen = cv2.getPerspectiveTransform(corners, np.array(ends, np.float32) * 0.6)
+        grey = cv2.warpPerspective(flat, seen, (384, 288), borderValue=(180,))
         grey = cv2.GaussianBlur(grey, (0, 0), 0.8)
         cv2.imwrite(str(folder / f"{k}.png"), grey[:, ::-1] if mirrored else grey)
 

@@ -80,13 +80,8 @@ def asked_by_shell(instruction: str, words: str = "limbgram ", **more: str) -> l
         "_TYPER_COMPLETE_ARGS": words,
         **more,
     }
-    answer = subprocess.run(
-        [sys.executable, "-c", "from limbgram.cli.main import app; app(prog_name='limbgram')"],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, **asked},
-    )
+    answer = CliRunner().invoke(app, [], prog_name="limbgram", env=asked)
+    assert answer.exit_code == 0, answer.output
     return answer.stdout.splitlines()
 
 

@@ -32,7 +32,9 @@ def test_what_the_system_says_is_a_refusal(capsys: pytest.CaptureFixture[str]) -
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal between programs")
-@pytest.mark.parametrize("asked", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize(
+    "asked", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
+)
 def test_a_system_ends_a_command_as_ctrl_c_does(asked: signal.Signals) -> None:
     """Also once a library is loaded that would print a stack trace and abort."""
     program = """

@@ -5,8 +5,9 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -28,24 +29,44 @@ ABOUT = {"EditError": frozenset({"what", "labels"})}
 devices.making."""
 
 
-def calls() -> Iterator[tuple[str, frozenset[str] | None, str]]:
-    """Code, names of the values (None where they are handed on), and where, of each call."""
+class Call(NamedTuple):
+    """A code that is said, with the names of its values: None where they are handed on."""
+
+    code: str
+    names: frozenset[str] | None
+    where: str
+
+
+class Said(NamedTuple):
+    """What the source says."""
+
+    calls: list[Call]
+    literals: set[str]
+    """Every text that looks like a code."""
+
+
+@cache
+def said() -> Said:
+    """The source is parsed once: that takes longer than all that is asked of it."""
+    found = Said([], set())
     for file in sorted(SOURCE.rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if not isinstance(node, ast.Call) or not node.args:
-                continue
-            maker = (
-                node.func.attr
-                if isinstance(node.func, ast.Attribute)
-                else getattr(node.func, "id", "")
-            )
-            if not MAKERS.fullmatch(maker):
-                continue
-            handed_on = any(keyword.arg is None for keyword in node.keywords)
-            given = frozenset(keyword.arg for keyword in node.keywords if keyword.arg)
-            names = given | ABOUT.get(maker, frozenset())
-            for code in codes_of(node.args[0]):
-                yield code, None if handed_on else names, f"{file.name}:{node.lineno}"
+            if isinstance(node, ast.Call):
+                found.calls.extend(calls_of(node, file))
+            elif isinstance(node, ast.Constant):
+                found.literals.update(codes_of(node))
+    return found
+
+
+def calls_of(node: ast.Call, file: Path) -> Iterator[Call]:
+    maker = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    if not node.args or not MAKERS.fullmatch(maker):
+        return
+    handed_on = any(keyword.arg is None for keyword in node.keywords)
+    given = frozenset(keyword.arg for keyword in node.keywords if keyword.arg)
+    names = None if handed_on else given | ABOUT.get(maker, frozenset())
+    for code in codes_of(node.args[0]):
+        yield Call(code, names, f"{file.name}:{node.lineno}")
 
 
 def codes_of(node: ast.expr) -> Iterator[str]:
@@ -61,23 +82,11 @@ def codes_of(node: ast.expr) -> Iterator[str]:
         yield from codes_of(node.orelse)
 
 
-def literals() -> set[str]:
-    """Every text of the source that looks like a code."""
-    return {
-        node.value
-        for file in SOURCE.rglob("*.py")
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Constant)
-        and isinstance(node.value, str)
-        and CODE.fullmatch(node.value)
-    }
-
-
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_code_has_words_whose_values_are_given(language: str) -> None:
     words = all_words(language)
     faults: list[str] = []
-    for code, names, where in calls():
+    for code, names, where in said().calls:
         if code not in words:
             faults.append(f"{where}: {code} has no words")
             continue
@@ -123,8 +132,7 @@ def test_what_is_found_stands_in_one_sentence_by_itself(language: str) -> None:
 
 
 def test_no_words_are_left_that_nothing_says() -> None:
-    said = literals()
-    assert sorted(set(all_words("en")) - said) == []
+    assert sorted(set(all_words("en")) - said().literals) == []
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -152,15 +152,26 @@ def test_transforms_look_along_minus_z_with_y_up(metric: MetricScene, tmp_path: 
         np.testing.assert_allclose(seen, metric.scene.view(idx).project(points) + 0.5, atol=1e-6)
 
 
+def near(x: float, y: float, radius_px: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns of the pixels within a circle in the picture."""
+    reach = int(radius_px) + 1
+    rows, columns = np.mgrid[
+        max(0, int(y) - reach) : min(CAMERA.height_px, int(y) + reach + 1),
+        max(0, int(x) - reach) : min(CAMERA.width_px, int(x) + reach + 1),
+    ]
+    within = np.hypot(columns - x, rows - y) < radius_px
+    return rows[within], columns[within]
+
+
 def test_undistorted_photos_show_each_point_where_a_pinhole_camera_does(
     metric: MetricScene, tmp_path: Path
 ) -> None:
     """Photos with a bright spot round every point; in the new ones the spots lie by the model."""
-    rows, columns = np.mgrid[: CAMERA.height_px, : CAMERA.width_px]
     for idx, name in enumerate(NAMES[:3]):
         picture = np.zeros((CAMERA.height_px, CAMERA.width_px), np.uint8)
         for x, y in metric.scene.view(idx).project(metric.scene.points_in_world[::20]):
-            picture[np.hypot(columns - x, rows - y) < 6] = 255
+            rows, columns = near(x, y, 6)
+            picture[rows, columns] = 255
         Image.fromarray(np.stack([picture] * 3, axis=2)).save(tmp_path / name, quality=95)
     Image.fromarray(np.zeros((1500, 2000, 3), np.uint8)).save(tmp_path / NAMES[3])
     photos = read_photos([tmp_path])
@@ -174,9 +185,9 @@ def test_undistorted_photos_show_each_point_where_a_pinhole_camera_does(
         camera = model.cameras[image.camera_id]
         for point in metric.scene.points_in_world[::20]:
             x, y = camera.img_from_cam(image.cam_from_world() * point) - 0.5
-            near = np.hypot(columns - x, rows - y) < 12
-            weight = seen[near]
-            middle = [(weight * columns[near]).sum(), (weight * rows[near]).sum()] / weight.sum()
+            rows, columns = near(x, y, 12)
+            weight = seen[rows, columns]
+            middle = [(weight * columns).sum(), (weight * rows).sum()] / weight.sum()
             assert np.hypot(*(middle - (x, y))) < 0.3
     tree = json.loads((written / "transforms.json").read_text())
     for frame, name in zip(tree["frames"], NAMES[:3], strict=True):

@@ -29,12 +29,10 @@ def drawn(name: str, page: PageName) -> Sheet:
 
 
 @cache
-def pictures(name: str, page: PageName) -> tuple[np.ndarray, ...]:
+def picture(name: str, page: PageName, number: int = 0) -> np.ndarray:
+    """One page of a sheet."""
     document = pypdfium2.PdfDocument(drawn(name, page).pdf)
-    return tuple(
-        document[k].render(scale=DPI / 72, grayscale=True).to_numpy().squeeze()
-        for k in range(len(document))
-    )
+    return document[number].render(scale=DPI / 72, grayscale=True).to_numpy().squeeze()
 
 
 def words(name: str, page: PageName) -> str:
@@ -49,14 +47,19 @@ def middles(line: np.ndarray) -> np.ndarray:
     return np.array([np.average(group, weights=dark[group]) for group in groups])
 
 
-@pytest.mark.parametrize("page", ["a4", "letter"])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("name", "page"),
+    [
+        *((name, "a4") for name in NAMES),
+        ("ring", "letter"),
+        *(pytest.param(one, "letter", marks=pytest.mark.slow) for one in NAMES if one != "ring"),
+    ],
+)
 def test_every_sheet_has_a_true_ruler_and_says_what_it_is(name: str, page: PageName) -> None:
-    sheet, picture = drawn(name, page), pictures(name, page)[0]
-    step = np.array([sheet.width_mm, sheet.height_mm]) / picture.shape[::-1]
+    sheet, shown = drawn(name, page), picture(name, page)
+    step = np.array([sheet.width_mm, sheet.height_mm]) / shown.shape[::-1]
     best = 0.0
-    for row in range(picture.shape[0] - 1, picture.shape[0] // 2, -1):
-        line = picture[row]
+    for line in shown[: shown.shape[0] // 2 : -1]:
         if np.count_nonzero(line < 243) < sheet.ruler_mm:
             continue
         at = middles(line) * step[0]
@@ -71,15 +74,16 @@ def test_every_sheet_has_a_true_ruler_and_says_what_it_is(name: str, page: PageN
     assert sheet.square_mm >= 10
 
 
-@pytest.mark.parametrize("page", ["a4", "letter"])
+@pytest.mark.parametrize("page", ["a4", pytest.param("letter", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", CODED)
 def test_every_mark_is_printed_where_the_file_says(name: str, page: PageName) -> None:
     sheet = drawn(name, page)
     expected = {one.mark_id: (one.x_mm, one.y_mm) for plate in sheet.plates for one in plate.marks}
     found: dict[int, np.ndarray] = {}
-    for picture in pictures(name, page):
-        step = np.array([sheet.width_mm, sheet.height_mm]) / picture.shape[::-1]
-        for mark in marks_in(cv2.GaussianBlur(picture, (0, 0), 0.8)):
+    for number in range(len(pypdfium2.PdfDocument(sheet.pdf))):
+        shown = picture(name, page, number)
+        step = np.array([sheet.width_mm, sheet.height_mm]) / shown.shape[::-1]
+        for mark in marks_in(cv2.GaussianBlur(shown, (0, 0), 0.8)):
             assert mark.fit is not None, mark.doubt
             assert not mark.fit.bent
             found[mark.mark_id] = (mark.fit.centre_px + 0.5) * step
@@ -190,7 +194,7 @@ def test_the_sock_goes_on_without_a_seam(pattern: SockPattern) -> None:
 
 
 def test_a_printed_tile_joins_the_next(pattern: SockPattern) -> None:
-    bare = pictures("sock", "a4")[1].astype(float)
+    bare = picture("sock", "a4", 1).astype(float)
     across = np.abs(bare[:, 0] - bare[:, -1])
     inside = np.abs(bare[:, 500] - bare[:, 501])
     assert across.mean() < 2 * inside.mean() + 1

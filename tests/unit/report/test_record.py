@@ -1,6 +1,7 @@
 """The record of a shape: biases in closed form, names that are not printed, what to check."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from limbgram.findings import doubt, note, told
 from limbgram.report.html import html_of
 from limbgram.report.record.bias import biases
 from limbgram.report.record.layout import badge, measure_rows, record_report
-from limbgram.report.record.record import RecordOptions, record_of
+from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSource, ShapeSource
 from limbgram.workbench.edits.from_template import FromTemplate
 from limbgram.workbench.edits.load import Load
@@ -70,6 +71,12 @@ def source(limb: Limb, digit: str = "a") -> ShapeSource:
     return ShapeSource(limb=limb, sha256=64 * digit, kind="PLY", limb_file_sha256=None)
 
 
+@cache
+def usual() -> Record:
+    """Of the cylinder alone."""
+    return record_of(source(cylinder()))
+
+
 def case(**accuracy: Any) -> CaseSource:
     tree = {
         "light": "green",
@@ -105,7 +112,7 @@ def test_plus_minus_on_the_record_is_what_holds_in_95_of_100() -> None:
     scanned = cylinder()
     shared = np.full((len(scanned.mesh), 1), 0.1, np.float32)  # the whole surface in or out
     known = replace(scanned.mesh, sigma_mm=shared[:, 0], shared_mm=shared, correlation_mm=1.0)
-    bare = record_of(source(scanned))
+    bare = usual()
     content = record_of(source(replace(scanned, mesh=known))).content
     page = html_of(record_report(content, bare.pictures))
     told = content.measures["levels"][1]["tape_mm"]
@@ -169,7 +176,7 @@ def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
         vertices_mm=np.concatenate([mesh.vertices_mm, crumb.vertices_mm]),
         faces=np.concatenate([mesh.faces, crumb.faces + len(mesh)]).astype(np.int32),
     )
-    alone, found = (record_of(source(one)).tree for one in (limb, limb.with_mesh(both)))
+    alone, found = usual().tree, record_of(source(limb.with_mesh(both))).tree
     assert found["size_mm"] == alone["size_mm"]
     assert found["measures"]["levels"] == alone["measures"]["levels"]
     assert found["bias"] == alone["bias"]
@@ -352,7 +359,7 @@ def test_a_landmark_that_nobody_confirmed_is_named_in_table_advice_and_sheet() -
 
 
 def test_confirmed_landmarks_are_not_doubted() -> None:
-    record = record_of(source(cylinder()))
+    record = usual()
     assert all(one.confirmed for one in record.content.landmarks)
     page = html_of(record_report(record.content, record.pictures))
     assert "not confirmed" not in page

@@ -9,7 +9,7 @@ import pytest
 
 from limbgram.core.errors import Cancelled, CaseError, OptionsError
 from limbgram.core.run import Run
-from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
@@ -24,10 +24,15 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    return make_capture(tmp_path_factory.mktemp("made") / "tiny", TINY)
+
+
 def test_the_same_options_give_the_same_bytes_on_one_thread_and_on_many(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tiny: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = contents(make_capture(tmp_path / "a", TINY).folder)
+    first = contents(tiny.folder)
     monkeypatch.setattr("limbgram.core.run.worker_count", lambda: 1)
     second = contents(make_capture(tmp_path / "b", TINY).folder)
     other = contents(make_capture(tmp_path / "c", replace(TINY, seed=12)).folder)
@@ -165,14 +170,15 @@ def test_a_plain_sock_shows_next_to_nothing_to_match(tmp_path: Path) -> None:
     assert counts[Paint.NONE] < counts[Paint.DABS] // 20
 
 
-def test_a_shaken_photo_is_less_sharp_and_the_others_stay_as_they_were(tmp_path: Path) -> None:
-    still = make_capture(tmp_path / "still", TINY)
+def test_a_shaken_photo_is_less_sharp_and_the_others_stay_as_they_were(
+    tiny: Capture, tmp_path: Path
+) -> None:
     moved = make_capture(tmp_path / "moved", replace(TINY, shaken=(1,)))
     sharp, soft = (
-        cv2.Laplacian(cv2.imread(str(c.photos[1]), 0), cv2.CV_64F).var() for c in (still, moved)
+        cv2.Laplacian(cv2.imread(str(c.photos[1]), 0), cv2.CV_64F).var() for c in (tiny, moved)
     )
     assert soft < 0.3 * sharp
-    assert still.photos[0].read_bytes() == moved.photos[0].read_bytes()
+    assert tiny.photos[0].read_bytes() == moved.photos[0].read_bytes()
 
 
 def test_surface_points_lie_in_the_pictures_that_see_them() -> None:

@@ -21,7 +21,8 @@ from limbgram.reconstruction.scale.stated_lengths import TapedGirth
 from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
-from limbgram.synthetic import SMALL, stage_truth
+from limbgram.synthetic import SMALL
+from limbgram.synthetic.props.limb import make_limb
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading
@@ -50,7 +51,7 @@ def client(app_state: AppState, tmp_path: Path) -> Iterator[TestClient]:
 @pytest.fixture(scope="module")
 def limb() -> Mesh:
     """A surface that is sure to 0.2 mm."""
-    limb = stage_truth(replace(SMALL, mesh_step_mm=2.5, calibration_photos=0)).limb.mesh
+    limb = make_limb(SMALL.kind, SMALL.seed, 4.0, 60.0).mesh
     return replace(limb, sigma_mm=np.full(len(limb.vertices_mm), 0.2, np.float32))
 
 
@@ -62,10 +63,7 @@ def case(client: TestClient, app_state: AppState, limb: Mesh) -> Path:
     folder.mkdir()
     write_ply(limb, folder / "surface.ply", "mm")
     axes = {"side": "left", "kind": "transtibial", "proximal": [0, 0, 1], "anterior": [0, 1, 0]}
-    at_front = limb.vertices_mm[np.argmax(limb.vertices_mm[:, 1])].tolist()
-    url = f"{API}/cases/{case_id}"
-    client.put(f"{url}/limb/places/patellar tendon", json={"position_mm": at_front})
-    assert client.post(f"{url}/limb/align", json=axes).status_code == 200
+    assert client.post(f"{API}/cases/{case_id}/limb/align", json=axes).status_code == 200
     return folder.parent
 
 
