@@ -176,7 +176,12 @@ def _far_panel() -> Panel:
 
 
 @pytest.mark.parametrize(
-    "spoiled", [{"sag_mm": 1.5}, {"stretch": 0.01}, {"sag_mm": 0.8, "stretch": -0.004}]
+    "spoiled",
+    [
+        pytest.param({"sag_mm": 1.5}, marks=pytest.mark.slow),
+        pytest.param({"stretch": 0.01}, marks=pytest.mark.slow),
+        {"sag_mm": 0.8, "stretch": -0.004},
+    ],
 )
 def test_a_spoiled_board_is_drawn_where_the_truth_has_its_corners(
     spoiled: dict[str, float], tmp_path: Path

@@ -401,9 +401,14 @@ PROFILES = {
     "grbl": Control(dialect="grbl", a_limit_deg=LIMIT_DEG, rotary_word="Y"),
     "grbl reset": Control(dialect="grbl", winding="reset", feed="inverse-time", a_limit_deg=800),
 }
+QUICK = ("linuxcnc", "mach reset", "fanuc rollover", "grbl")
+"""Every control's language, and every way to keep the angles within their limit."""
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize(
+    "profile",
+    [pytest.param(one, marks=[] if one in QUICK else pytest.mark.slow) for one in PROFILES],
+)
 def test_every_profile_carves_the_limb(tmp_path: Path, shape, profile: str) -> None:
     limb, radius = shape
     control = PROFILES[profile]

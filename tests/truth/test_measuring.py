@@ -1,7 +1,7 @@
 """The measured surface against a painted ball whose photos are computed point by point."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import cv2
@@ -36,10 +36,20 @@ SCALE = Scale(unit="mm", source="board", relative_sigma=0.0)
 
 @dataclass(frozen=True)
 class Ball:
-    """Photos of the ball, its scene, and the vertices that four photos see well."""
+    """Photos of the ball and its scene."""
 
     photos: Path
     metric: MetricScene
+    known: dict[tuple[float, int], Mesh] = field(default_factory=dict)
+    """Measured surfaces, by what their start was."""
+
+    def measured(self, error_mm: float, subdivisions: int = 5) -> Mesh:
+        """The surface measured from such a start, computed once for all tests."""
+        key = error_mm, subdivisions
+        if key not in self.known:
+            photos = read_photos([self.photos])
+            self.known[key] = measure(photos, self.metric, _start(error_mm, subdivisions))
+        return self.known[key]
 
 
 Paint = Callable[[np.ndarray], np.ndarray]
@@ -97,14 +107,14 @@ def _photo_of_ball(view: View, paint: Paint, *, cut: bool) -> np.ndarray:
             inside = along**2 - (eye @ eye - RADIUS_MM**2)
             distance = -along - np.sqrt(np.maximum(inside, 0))
             hit = eye + distance[..., None] * rays
-            grey = paint(hit.reshape(-1, 3)).reshape(inside.shape)
             behind, there = np.full(inside.shape, 30.0), inside > 0
             if cut:
                 there &= hit[..., 2] > 0
                 down = np.minimum(rays[..., 2], -1e-3)
                 floor = eye + ((FLOOR_MM - eye[2]) / down)[..., None] * rays
                 behind = paint(floor.reshape(-1, 3)).reshape(inside.shape)
-            total += np.where(there, grey, behind)
+            behind[there] = paint(hit[there])
+            total += behind
     return total / 4
 
 
@@ -123,8 +133,7 @@ def _errors_mm(mesh: Mesh) -> np.ndarray:
 
 
 def test_the_ball_is_measured_to_a_small_part_of_a_pixel(ball: Ball) -> None:
-    start = _start(0.5 * PIXEL_MM)
-    result = measure(read_photos([ball.photos]), ball.metric, start)
+    start, result = _start(0.5 * PIXEL_MM), ball.measured(0.5 * PIXEL_MM)
     errors = _on_faces_mm(result)
     assert result.filled is not None
     assert np.mean(~result.filled) > 0.5
@@ -134,7 +143,7 @@ def test_the_ball_is_measured_to_a_small_part_of_a_pixel(ball: Ball) -> None:
 
 
 def test_errors_scatter_as_the_sigmas_say(ball: Ball) -> None:
-    result = measure(read_photos([ball.photos]), ball.metric, _start(0.5 * PIXEL_MM))
+    result = ball.measured(0.5 * PIXEL_MM)
     assert result.sigma_mm is not None
     assert result.filled is not None
     known = np.isfinite(result.sigma_mm)
@@ -165,8 +174,7 @@ def test_a_half_pixel_error_in_the_cameras_shows(ball: Ball) -> None:
 
 
 def test_what_no_photo_sees_is_called_filled_and_stays(ball: Ball) -> None:
-    start = _start(0.1 * PIXEL_MM)
-    result = measure(read_photos([ball.photos]), ball.metric, start)
+    start, result = _start(0.1 * PIXEL_MM), ball.measured(0.1 * PIXEL_MM)
     bottom = start.vertices_mm[:, 2] < -0.97 * RADIUS_MM
     assert result.filled is not None
     assert result.filled[bottom].all()
@@ -266,9 +274,8 @@ def test_pixels_between_far_vertices_serve_too(ball: Ball) -> None:
 
 def test_flat_faces_hold_the_volume_of_the_ball(ball: Ball) -> None:
     """Vertices stand out by the chordal deviation, and the faces between them make up for it."""
-    photos = read_photos([ball.photos])
     for subdivisions in (5, 4):
-        result = measure(photos, ball.metric, _start(0.1 * PIXEL_MM, subdivisions))
+        result = ball.measured(0.1 * PIXEL_MM, subdivisions)
         assert result.filled is not None
         measured = ~result.filled
         faces = result.faces[measured[result.faces].all(1)]
@@ -281,7 +288,7 @@ def test_flat_faces_hold_the_volume_of_the_ball(ball: Ball) -> None:
 
 
 def test_paint_all_over_leaves_no_gaps(ball: Ball) -> None:
-    result = measure(read_photos([ball.photos]), ball.metric, _start(0.1 * PIXEL_MM))
+    result = ball.measured(0.1 * PIXEL_MM)
     assert result.shared_mm is not None
     assert result.filled is not None
     gaps_mm = result.shared_mm[~result.filled, result.shared_sources.index(GAPS)]

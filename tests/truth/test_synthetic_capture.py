@@ -1,6 +1,7 @@
 """A synthetic capture's photos agree with its truth, judged by OpenCV and by ray casting."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -20,7 +21,7 @@ from limbgram.synthetic.options import SMALL
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
-    return make_capture(tmp_path_factory.mktemp("synthetic") / "limb", SMALL)
+    return make_capture(tmp_path_factory.mktemp("synthetic") / "limb", replace(SMALL, samples=2))
 
 
 def written_views(folder: Path, group: str) -> list[View]:

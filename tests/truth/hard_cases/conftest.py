@@ -192,8 +192,10 @@ class Bench:
         self.folder = folder
         self.height_mm = float(fin_tip()[2])
         self.axes = axes_at(self.height_mm)
-        shots = photograph(folder / "clean", Lighting(), self.height_mm)
-        self.clean = measured(shots, self.start())
+
+    @cached_property
+    def clean(self) -> Measured:
+        return self.lit("clean", Lighting())
 
     def start(self, fin_mm: float = 0.0) -> Mesh:
         return start_mesh(fin_mm, self.height_mm - 50, self.height_mm + 50)
@@ -203,14 +205,13 @@ class Bench:
         return measured(shots, self.start())
 
     @cached_property
-    def fin(self) -> Measured:
-        shots = photograph(self.folder / "fin", Lighting(), self.height_mm, FIN_MM)
-        return measured(shots, self.start(FIN_MM))
+    def shots_of_fin(self) -> Shots:
+        return photograph(self.folder / "fin", Lighting(), self.height_mm, FIN_MM)
 
-    def of_photos(self, whole: Measured, chosen: slice) -> Measured:
-        """Measured anew in some of the photos."""
-        shots = replace(whole.shots, views=whole.shots.views[chosen])
-        return measured(shots, self.start(shots.fin_mm))
+    def fin(self, chosen: slice = slice(None)) -> Measured:
+        """The limb with a fin, measured in some of its photos."""
+        shots = replace(self.shots_of_fin, views=self.shots_of_fin.views[chosen])
+        return measured(shots, self.start(FIN_MM))
 
     def at_brim(self) -> Measured:
         shots = photograph(self.folder / "brim", Lighting(), BASE_MM + 35.0)

@@ -97,7 +97,7 @@ def test_the_edge_of_a_moving_shadow_leaves_no_step(bench) -> None:
 @pytest.mark.slow
 def test_a_thin_fin_keeps_its_two_sides_and_what_lies_behind_its_contour(bench) -> None:
     """A fin of 9 pixels' thickness and 12 mm height; behind it the skin is seen past its edge."""
-    fin = bench.fin
+    fin = bench.fin()
     points = fin.samples()
     rise = bench.above_skin_mm(points)
     on_fin = rise > 2.0
@@ -143,7 +143,7 @@ def test_what_fewer_than_two_photos_see_is_marked_filled(bench) -> None:
     Beside a fill, what no two photos agree on is filled, too: what is plainly seen lies two rings
     away from what is not.
     """
-    few = bench.of_photos(bench.fin, slice(4, 7))
+    few = bench.fin(slice(4, 7))
     truth = bench.truth_with_fin
     points = few.mesh.vertices_mm
     normals = few.normals(points)

@@ -18,8 +18,10 @@ from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.reconstruction.twoview.verification import verify
 
 
-def placed(capture: Any, options: MappingOptions | None = None) -> Scene:
-    pairs = verify(capture.photos, capture.matches, capture.cameras)
+def placed(
+    capture: Any, options: MappingOptions | None = None, pairs: Pairs | None = None
+) -> Scene:
+    pairs = pairs or verify(capture.photos, capture.matches, capture.cameras)
     return place(
         capture.photos, capture.features, pairs, capture.cameras, options or MappingOptions()
     )
@@ -51,8 +53,13 @@ def mean_turn_deg(scene: Scene, capture: Any) -> float:
 
 
 @pytest.fixture(scope="module")
-def good_scene(good_capture: Any) -> Scene:
-    return placed(good_capture, MappingOptions(board_lenses="hold"))
+def good_pairs(good_capture: Any) -> Pairs:
+    return verify(good_capture.photos, good_capture.matches, good_capture.cameras)
+
+
+@pytest.fixture(scope="module")
+def good_scene(good_capture: Any, good_pairs: Pairs) -> Scene:
+    return placed(good_capture, MappingOptions(board_lenses="hold"), good_pairs)
 
 
 def test_all_photos_are_placed_where_they_were_taken(good_scene: Scene, good_capture: Any) -> None:
@@ -205,8 +212,9 @@ def test_half_a_ring_is_refused_by_name(make_capture: Callable[..., Any]) -> Non
         placed(make_capture(photos=10, points=800, unlinked=lost))
 
 
-def test_the_mapper_tells_its_progress_and_stops_when_asked(good_capture: Any) -> None:
-    pairs = verify(good_capture.photos, good_capture.matches, good_capture.cameras)
+def test_the_mapper_tells_its_progress_and_stops_when_asked(
+    good_capture: Any, good_pairs: Pairs
+) -> None:
     steps: list[int] = []
 
     def listen(_stage: str, done: int, _total: int) -> None:
@@ -216,7 +224,7 @@ def test_the_mapper_tells_its_progress_and_stops_when_asked(good_capture: Any) -
 
     run = Run(listen)
     with pytest.raises(Cancelled):
-        run(place, good_capture.photos, good_capture.features, pairs, good_capture.cameras)
+        run(place, good_capture.photos, good_capture.features, good_pairs, good_capture.cameras)
     assert steps[-1] == 5
 
 

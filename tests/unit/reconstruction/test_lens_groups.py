@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from limbgram.reconstruction.photos.lenses import cut_from
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.verification import verify
 from limbgram.synthetic import PHONE, SMALL, stage_truth, surface_points
-from limbgram.synthetic.truth import ideal_camera
+from limbgram.synthetic.truth import SurfacePoints, Truth, ideal_camera
 
 PHOTOS, POINTS, NOISE_PX = 14, 500, 0.1
 LONGER = 2.0
@@ -44,10 +45,16 @@ class Taken:
     matches: Matches
 
 
+@cache
+def staged() -> tuple[Truth, SurfacePoints]:
+    truth = stage_truth(OPTIONS)
+    return truth, surface_points(truth, POINTS)
+
+
 def taken(cameras: Sequence[Camera], sizes: Sequence[CameraGroup]) -> Taken:
     """Photos by these cameras, those of one size in one group."""
-    truth = stage_truth(OPTIONS)
-    limb, random = surface_points(truth, POINTS), np.random.default_rng(3)
+    truth, limb = staged()
+    random = np.random.default_rng(3)
     of_size = {(one.width_px, one.height_px): k for k, one in enumerate(sizes)}
     photos = PhotoSet(
         tuple(
@@ -136,12 +143,13 @@ def small(left_px: float, top_px: float, reduced: float) -> Camera:
 @pytest.mark.parametrize(
     ("known", "lens", "cut"),
     [
-        (True, small(0, 0, 0.8), False),
-        (False, small(0, 0, 0.8), False),
-        (True, small(10, 20, 0.9), True),
-        (False, small(30, 70, 1.0), True),
+        pytest.param(True, small(0, 0, 0.8), False, id="copy", marks=pytest.mark.slow),
+        pytest.param(False, small(0, 0, 0.8), False, id="copy of an unknown lens"),
+        pytest.param(True, small(10, 20, 0.9), True, id="cut and reduced"),
+        pytest.param(
+            False, small(30, 70, 1.0), True, id="cut of an unknown lens", marks=pytest.mark.slow
+        ),
     ],
-    ids=["copy", "copy of an unknown lens", "cut and reduced", "cut of an unknown lens"],
 )
 def test_a_picture_cut_in_its_own_shape_is_no_copy(known: bool, lens: Camera, cut: bool) -> None:
     one = taken([lens if k % 3 == 1 else LENS for k in range(PHOTOS)], [WHOLE, SMALLER])

@@ -274,7 +274,9 @@ def poses(turned_over: Truth) -> Poses:
     return Poses(sides=(side_of(turned_over, first), side_of(turned_over, second)))
 
 
-@pytest.mark.parametrize("first_guess", [5, 8, 11])
+@pytest.mark.parametrize(
+    "first_guess", [5, *(pytest.param(one, marks=pytest.mark.slow) for one in (8, 11))]
+)
 def test_a_side_that_falls_apart_itself_is_parted_there(
     monkeypatch: pytest.MonkeyPatch, turned_over: Truth, first_guess: int
 ) -> None:

@@ -24,6 +24,7 @@ camera's frame and d a shift: six numbers (w, d).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -145,6 +146,7 @@ def distorted_in(view: Any, x: Any, y: Any):
     return distorted_with_slopes(x, y, k1, k2, p1, p2, k3)
 
 
+@lru_cache(maxsize=256)
 def fold_of(*radial: float, slope: float = 0.0) -> float:
     """Ideal distance from the axis where the radial distortion turns back; infinite without one.
 

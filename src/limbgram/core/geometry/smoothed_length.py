@@ -19,6 +19,7 @@ Method  the line is taken at even steps along itself, and each coordinate goes t
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64, Int64
@@ -41,14 +42,49 @@ _FEWEST = 32
 
 @dataclass(frozen=True)
 class SmoothedLength:
-    """Length of a line at the smoothing length."""
+    """Length of a line at the smoothing length; its parts are computed where they are asked for."""
 
     value_mm: float
-    slopes: Float64[np.ndarray, "n d"]
-    """Change of it for a millimetre of each given point."""
-    along_mm: Float64[np.ndarray, " n"]
-    """What of it lies along the smoothed line, by the given point; of a tape, the rest is bridges
-    over hollows."""
+    _line: "_Line"
+    _opened: Float64[np.ndarray, "m d"]
+    _passed: Int64[np.ndarray, " p"]
+    """From each smoothed point that is passed straight to one onward."""
+    _onward: Int64[np.ndarray, " p"]
+    _ways: Float64[np.ndarray, "p d"]
+    _lengths: Float64[np.ndarray, " p"]
+
+    @classmethod
+    def of(
+        cls, line: "_Line", filtered: "_Filtered", passed: Int64[np.ndarray, " p"]
+    ) -> "SmoothedLength":
+        """Of the straight pieces that join the smoothed points that are passed."""
+        smooth, opened = filtered
+        onward = np.roll(passed, -1)
+        if not line.closed:
+            passed, onward = passed[:-1], onward[:-1]
+        ways = smooth[onward] - smooth[passed]
+        lengths = np.linalg.norm(ways, axis=1)
+        return cls(float(lengths.sum()), line, opened, passed, onward, ways, lengths)
+
+    @cached_property
+    def slopes(self) -> Float64[np.ndarray, "n d"]:
+        """Change of it for a millimetre of each given point."""
+        along = self._ways / np.maximum(self._lengths, np.finfo(float).tiny)[:, None]
+        pulls = np.zeros_like(self._opened)
+        pulls[self._passed] -= along
+        pulls[self._onward] += along
+        by_length = float((pulls * self._opened).sum())
+        return self._line.given(_pulled(self._line, pulls), by_length)
+
+    @cached_property
+    def along_mm(self) -> Float64[np.ndarray, " n"]:
+        """What of it lies along the smoothed line, by the given point; of a tape, the rest is
+        bridges over hollows."""
+        touching = np.zeros(len(self._opened))
+        on_line = (self._passed + 1 - self._onward) % len(touching) == 0
+        touching[self._passed] += np.where(on_line, self._lengths / 2, 0.0)
+        touching[self._onward] += np.where(on_line, self._lengths / 2, 0.0)
+        return self._line.shared(touching)
 
 
 def smoothed(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> Float64[np.ndarray, "m d"]:
@@ -60,7 +96,7 @@ def smoothed(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> Float64[
 def smoothed_length(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> SmoothedLength:
     """How long a polyline is once it is smoothed."""
     line = _Line.along(points_mm, closed)
-    return _length(line, _filtered(line, line.points_mm), np.arange(len(line.points_mm)))
+    return SmoothedLength.of(line, _filtered(line, line.points_mm), np.arange(len(line.points_mm)))
 
 
 def taut_length(points_mm: Points2) -> SmoothedLength:
@@ -71,7 +107,7 @@ def taut_length(points_mm: Points2) -> SmoothedLength:
     """
     line = _Line.along(points_mm, closed=True)
     filtered = _filtered(line, line.points_mm)
-    return _length(line, filtered, around(filtered[0]))
+    return SmoothedLength.of(line, filtered, around(filtered[0]))
 
 
 @dataclass(frozen=True)
@@ -132,28 +168,6 @@ class _Line:
 
 _Filtered = tuple[Float64[np.ndarray, "m d"], Float64[np.ndarray, "m d"]]
 """The smoothed points, and their change for a millimetre more of the line's length alone."""
-
-
-def _length(line: _Line, filtered: _Filtered, passed: Int64[np.ndarray, " p"]) -> SmoothedLength:
-    """Length of the straight pieces that join the smoothed points that are passed."""
-    smooth, opened = filtered
-    onward = np.roll(passed, -1)
-    if not line.closed:
-        passed, onward = passed[:-1], onward[:-1]
-    ways = smooth[onward] - smooth[passed]
-    lengths = np.linalg.norm(ways, axis=1)
-    along = ways / np.maximum(lengths, np.finfo(float).tiny)[:, None]
-    pulls = np.zeros_like(smooth)
-    pulls[passed] -= along
-    pulls[onward] += along
-    by_length = float((pulls * opened).sum())
-    touching = np.zeros(len(smooth))
-    on_line = (passed + 1 - onward) % len(smooth) == 0
-    touching[passed] += np.where(on_line, lengths / 2, 0.0)
-    touching[onward] += np.where(on_line, lengths / 2, 0.0)
-    return SmoothedLength(
-        float(lengths.sum()), line.given(_pulled(line, pulls), by_length), line.shared(touching)
-    )
 
 
 def _filtered(line: _Line, points_mm: Float64[np.ndarray, "m d"]) -> _Filtered:

@@ -123,6 +123,12 @@ def tape_mm(level: Level) -> Measured:
     return _outline_length(level, taut_length)
 
 
+def tape_value_mm(level: Level) -> float:
+    """The value of `tape_mm`, without its slopes."""
+    outlines = np.flatnonzero(level.depth == 0)
+    return float(sum(taut_length(level.points_mm[level.loop == one]).value_mm for one in outlines))
+
+
 def ml_mm(level: Level) -> Measured:
     """Caliper width from side to side, along x."""
     return _caliper_width(level, 0)

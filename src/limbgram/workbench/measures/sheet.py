@@ -57,6 +57,7 @@ from limbgram.workbench.measures.levels import (
     levels_at,
     ml_mm,
     tape_mm,
+    tape_value_mm,
 )
 from limbgram.workbench.measures.propagation import (
     PLACE_STEP_MM,
@@ -654,7 +655,7 @@ class _GirthExtreme:
 
 
 def _girth_mm(level: Level | Refused) -> float:
-    return np.nan if isinstance(level, Refused) else tape_mm(level).value
+    return np.nan if isinstance(level, Refused) else tape_value_mm(level)
 
 
 def _mean_place_in_plane(plane: CutPlane, ends: list[Vector3]) -> tuple[float, float]:

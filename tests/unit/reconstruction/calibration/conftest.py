@@ -25,7 +25,7 @@ def true_camera() -> Camera:
     return TRUE
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def capture() -> Callable[..., "Capture"]:
     return Capture
 

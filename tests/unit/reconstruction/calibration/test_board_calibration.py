@@ -204,7 +204,7 @@ def test_few_photos_are_doubted_and_too_few_refused(capture: Capture) -> None:
         calibrate_detections(*capture(photos=2).arguments)
 
 
-@pytest.mark.parametrize("tilt_deg", [0.0, 0.5])
+@pytest.mark.parametrize("tilt_deg", [0.5, pytest.param(0.0, marks=pytest.mark.slow)])
 def test_parallel_views_are_refused_with_advice(capture: Capture, tilt_deg: float) -> None:
     with pytest.raises(CalibrationError, match=r"[Tt]ilt"):
         calibrate_detections(*capture(tilt_deg=tilt_deg).arguments)

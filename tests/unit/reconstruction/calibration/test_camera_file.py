@@ -16,7 +16,7 @@ from limbgram.reconstruction.calibration.board import calibrate_detections
 from limbgram.reconstruction.calibration.cameras import Calibration
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def calibration(capture: Callable[..., Any]) -> Calibration:
     return calibrate_detections(*capture().arguments).calibration
 

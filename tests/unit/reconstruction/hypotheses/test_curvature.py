@@ -21,7 +21,9 @@ def found(take: Take, bows_mm: np.ndarray, **options: Any) -> CurvatureChange | 
     return find_curvature_change(taken.limb, [taken.calibration], 1.0)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 4))]
+)
 def test_a_rigid_limb_is_not_bent(take: Take, seed: int) -> None:
     assert found(take, np.zeros(N), seed=seed) is None
     assert found(take, np.zeros(N), seed=seed, shared=0.4) is None
@@ -53,7 +55,9 @@ def test_a_limb_that_bows_slowly(take: Take) -> None:
     assert bent.explanation.effect == pytest.approx(4.0, rel=0.2)
 
 
-@pytest.mark.parametrize("number", range(DEVIATION_SIZE))
+@pytest.mark.parametrize(
+    "number", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, DEVIATION_SIZE))]
+)
 def test_a_lens_that_changes_between_two_photos_bends_no_limb(take: Take, number: int) -> None:
     own = np.zeros((N, DEVIATION_SIZE))
     own[:, number] = 3e-3 * LATER if number != 2 else 5e-3 * LATER

@@ -24,13 +24,17 @@ def found(take: Take, **options: Any) -> Explanation | None:
     return board_bend(taken.limb, [taken.calibration], board, SIZE_MM)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 4))]
+)
 def test_a_flat_board_is_not_bent(take: Take, seed: int) -> None:
     assert found(take, seed=seed) is None
     assert found(take, seed=seed, by_exif=True) is None
 
 
-@pytest.mark.parametrize("sag_mm", [1.0, 1.5, 4.0, -1.5])
+@pytest.mark.parametrize(
+    "sag_mm", [1.0, -1.5, *(pytest.param(one, marks=pytest.mark.slow) for one in (1.5, 4.0))]
+)
 def test_a_bent_board_is_told_with_its_sag(take: Take, sag_mm: float) -> None:
     bend = found(take, sag_mm=sag_mm)
     assert bend is not None
@@ -54,13 +58,24 @@ def test_before_a_lens_that_no_board_calibrated_it_is_open(take: Take) -> None:
     assert bend.low < 2.0 < bend.high
 
 
-@pytest.mark.parametrize("lens", [{"focal_px": 1530.0}, {"k1": 0.05}, {"k1": -0.15}])
+@pytest.mark.parametrize(
+    "lens",
+    [
+        {"k1": -0.15},
+        *(
+            pytest.param(one, marks=pytest.mark.slow)
+            for one in ({"focal_px": 1530.0}, {"k1": 0.05})
+        ),
+    ],
+)
 def test_another_lens_than_the_files_bends_no_board(take: Take, lens: dict[str, float]) -> None:
     bend = found(take, **lens)
     assert bend is None or not bend.is_fact
 
 
-@pytest.mark.parametrize("number", range(DEVIATION_SIZE))
+@pytest.mark.parametrize(
+    "number", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, DEVIATION_SIZE))]
+)
 def test_lenses_that_differ_from_photo_to_photo_bend_no_board(take: Take, number: int) -> None:
     own = np.zeros((N, DEVIATION_SIZE))
     own[:, number] = 4e-3 * np.random.default_rng(number).normal(size=N)

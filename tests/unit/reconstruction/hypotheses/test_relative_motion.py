@@ -97,7 +97,9 @@ def test_few_photos_tell_nothing(take: Take) -> None:
 
 
 @pytest.mark.parametrize("beside", [True, False])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 3))]
+)
 def test_a_third_body_tells_which_of_two_moved(take: Take, beside: bool, seed: int) -> None:
     """Boxes moved while limb and board kept still, or the limb moved against both."""
     motions = np.zeros((N, 6))
@@ -130,7 +132,7 @@ def pairs_of(third: Scene, photos: tuple[int, ...]) -> list[PairMatches]:
     return found
 
 
-@pytest.mark.parametrize("size_mm", [1.0, 8.0])
+@pytest.mark.parametrize("size_mm", [1.0, pytest.param(8.0, marks=pytest.mark.slow)])
 def test_what_moved_against_two_others_is_what_moved(take: Take, size_mm: float) -> None:
     """Few photos of both sides tell; one photo of a side does not, nor do those of one side."""
     motions = steps(0.0, size_mm)

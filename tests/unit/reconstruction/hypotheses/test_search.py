@@ -50,7 +50,9 @@ def sway(sigma_mm: float, seed: int) -> np.ndarray:
     return motions
 
 
-@pytest.mark.parametrize(("photos", "by_exif"), [(10, False), (14, True)])
+@pytest.mark.parametrize(
+    ("photos", "by_exif"), [(10, False), pytest.param(14, True, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("kind", ["camera", "phone", "shared errors", "half a ring"])
 def test_sound_captures_show_nothing(take: Take, photos: int, by_exif: bool, kind: str) -> None:
     """Eight kinds of captures, one of each: no accusation, and nothing left open."""
@@ -70,7 +72,7 @@ def test_sound_captures_show_nothing(take: Take, photos: int, by_exif: bool, kin
 
 
 @pytest.mark.parametrize("by_exif", [False, True])
-@pytest.mark.parametrize("size_mm", [0.5, 3.0])
+@pytest.mark.parametrize("size_mm", [0.5, pytest.param(3.0, marks=pytest.mark.slow)])
 def test_a_step_is_a_fact_where_and_as_large_as_it_was(
     take: Take, size_mm: float, by_exif: bool
 ) -> None:
@@ -90,7 +92,7 @@ def test_a_step_is_a_fact_where_and_as_large_as_it_was(
         np.testing.assert_allclose(shift, size_mm * ALONG, atol=0.15)
 
 
-@pytest.mark.parametrize("size_mm", [0.75, 3.0])
+@pytest.mark.parametrize("size_mm", [0.75, pytest.param(3.0, marks=pytest.mark.slow)])
 def test_a_drift_is_a_drift(take: Take, size_mm: float) -> None:
     for seed in (2,):
         found = told(take(seed=seed, own=phone(seed), motions=drift(size_mm)).equations)
@@ -99,7 +101,7 @@ def test_a_drift_is_a_drift(take: Take, size_mm: float) -> None:
         assert found.facts[0].low - 0.05 < size_mm < found.facts[0].high + 0.05
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_a_body_that_slid_for_a_while_moved_by_no_known_course(take: Take, seed: int) -> None:
     """In 6 of 14 photos: neither a step nor a drift of the whole walk explains it clearly best."""
     slid = along(np.clip((np.arange(N) - 4) / 5.0, 0.0, 1.0) * 1.5)
@@ -191,7 +193,7 @@ def test_what_is_too_small_to_matter_is_no_fact(take: Take) -> None:
         assert [one.failed for one in found.explanations] == [("size",)]
 
 
-@pytest.mark.parametrize("first", [5, 7])
+@pytest.mark.parametrize("first", [5, pytest.param(7, marks=pytest.mark.slow)])
 def test_zoomed_photos_are_no_movement(take: Take, first: int) -> None:
     own = np.zeros((N, 9))
     own[first:, 2] = 0.01

@@ -77,7 +77,9 @@ def fixed(scene: Scene) -> Adjusted:
     return adjust(scene, [CALIBRATED])
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 6))]
+)
 def test_photos_of_one_lens_ask_for_nothing(make_scene: MakeScene, seed: int) -> None:
     scene = near(make_scene, seed)
     plain = taken(scene, seed, lambda k, points: scene.view(k).project(points))
@@ -113,7 +115,13 @@ def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize(
     ("seed", "share", "asks"),
-    [(4, 0.001, True), (4, 0.002, True), (8, 0.0007, True), (3, 0.002, False), (6, 0.002, False)],
+    [
+        (8, 0.0007, True),
+        (6, 0.002, False),
+        pytest.param(4, 0.001, True, marks=pytest.mark.slow),
+        pytest.param(4, 0.002, True, marks=pytest.mark.slow),
+        pytest.param(3, 0.002, False, marks=pytest.mark.slow),
+    ],
 )
 def test_what_moved_half_of_the_points_is_no_lens(
     make_scene: MakeScene, seed: int, share: float, asks: bool
@@ -145,7 +153,9 @@ def stepped(scene: Scene, share: float, at: int, seed: int = 3) -> tuple[Scene, 
     return taken(scene, seed, seen), part
 
 
-@pytest.mark.parametrize("seed", [3, 5, 6])
+@pytest.mark.parametrize(
+    "seed", [3, *(pytest.param(one, marks=pytest.mark.slow) for one in (5, 6))]
+)
 def test_a_body_that_steps_once_counts_with_one_motion(make_scene: MakeScene, seed: int) -> None:
     """A motion for each photo would be too many numbers to say that anything moved."""
     scene = near(make_scene, seed)

@@ -174,7 +174,14 @@ def test_two_pairs_whose_steps_meet_place_a_photo(ring: Scene, met: Callable[...
     assert steps[0] == pytest.approx(steps[1], rel=0.005)
 
 
-@pytest.mark.parametrize("deg", [(0.0, 3.0), (0.0, 10.0), (0.0, 60.0), (-5.0, 9.0)])
+@pytest.mark.parametrize(
+    "deg",
+    [
+        (0.0, 3.0),
+        (-5.0, 9.0),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ((0.0, 10.0), (0.0, 60.0))),
+    ],
+)
 def test_a_photo_that_two_pairs_turn_otherwise_stays_out(
     ring: Scene, met: Callable[..., Scene], deg: tuple[float, float]
 ) -> None:
@@ -240,7 +247,14 @@ def test_photos_of_a_smaller_scene_join_by_two_pairs(
         assert angle_between_deg(seen @ to_truth.rotation.T, truly) < 0.1
 
 
-@pytest.mark.parametrize("deg", [(0.0, 4.0), (0.0, 10.0), (0.0, 60.0), (-5.0, 9.0)])
+@pytest.mark.parametrize(
+    "deg",
+    [
+        (0.0, 4.0),
+        (-5.0, 9.0),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ((0.0, 10.0), (0.0, 60.0))),
+    ],
+)
 def test_photos_of_a_smaller_scene_that_pairs_turn_otherwise_stay_out(
     bridged: Callable[..., tuple[Scene, Scene]], deg: tuple[float, float]
 ) -> None:
@@ -256,7 +270,9 @@ def _steps_of_photo_6(scene: Scene) -> list[float]:
     return [float(np.linalg.norm(centres[6] - centres[k]) / other) for k in (5, 0)]
 
 
-@pytest.mark.parametrize(("third", "right"), [(3, True), (10, False), (40, False)])
+@pytest.mark.parametrize(
+    ("third", "right"), [(3, True), (10, False), pytest.param(40, False, marks=pytest.mark.slow)]
+)
 def test_what_chance_may_do_places_no_photo(
     ring: Scene, photographed: Callable[..., Scene], third: int, right: bool
 ) -> None:

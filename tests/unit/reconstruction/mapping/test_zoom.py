@@ -81,7 +81,9 @@ def test_a_photo_that_tells_its_zoom_badly_may_be_off_as_much_more(
     assert (14 in _outliers([*others, FocalFit(1.0 + off, sigma)], 5.0)) == odd
 
 
-@pytest.mark.parametrize("zoom", [1.02, 1.06, 0.94])
+@pytest.mark.parametrize(
+    "zoom", [1.02, *(pytest.param(one, marks=pytest.mark.slow) for one in (1.06, 0.94))]
+)
 def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float) -> None:
     """Each of them bends the points that both see, so by itself neither stands out enough."""
     known, ring = calibrated(LENS), with_verdicts(ring)
@@ -95,7 +97,9 @@ def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float
     assert not any(one.remark for one in found.verdicts)
 
 
-@pytest.mark.parametrize("zoom", [1.05, 1.2, 0.95])
+@pytest.mark.parametrize(
+    "zoom", [1.05, *(pytest.param(one, marks=pytest.mark.slow) for one in (1.2, 0.95))]
+)
 @pytest.mark.parametrize(
     "photos", [range(7), range(1, 15, 2)], ids=["half of a walk", "every other"]
 )

@@ -77,7 +77,9 @@ def run(waves: Waves, scale_px: float, noise: float, off_px: float) -> np.ndarra
     return (result.xy_second_px - seen_second(xy_px))[result.kept]
 
 
-@pytest.mark.parametrize("scale_px", [1.2, 2.0, 4.0])
+@pytest.mark.parametrize(
+    "scale_px", [1.2, *(pytest.param(one, marks=pytest.mark.slow) for one in (2.0, 4.0))]
+)
 def test_points_are_moved_to_where_they_belong(waves: Waves, scale_px: float) -> None:
     errors_px = run(waves, scale_px, noise=0.0, off_px=0.7)
     assert np.median(np.abs(errors_px)) < 0.02

@@ -1,6 +1,7 @@
 """The noise of photos that disagree, on a linear problem whose errors are drawn."""
 
 from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from limbgram.reconstruction.measuring.measurement_pass import (
 )
 from limbgram.reconstruction.measuring.reference_plate import fit_reference_plate, with_softer_plate
 from limbgram.reconstruction.measuring.thin_plate import (
+    ThinPlate,
     bending_force,
     quadrics,
     solve,
@@ -43,6 +45,11 @@ class Solved:
     equations: JointEquations
     errors_mm: np.ndarray
 
+    @cached_property
+    def local(self) -> LocalErrors:
+        """Errors of what the reference plate measured."""
+        return _local(self.mesh, self.seen, self.equations)
+
 
 def solved(
     common: float,
@@ -55,6 +62,25 @@ def solved(
     share: float = 1.0,
     crease_mm: float = 0.0,
     dabs_mm: float = np.inf,
+) -> Solved:
+    """As `_solved`, which computes it once for tests that ask for the same."""
+    return _solved(
+        common, seed, wave_mm, shortest_mm, bare_mm, growth, turn_rad, share, crease_mm, dabs_mm
+    )
+
+
+@lru_cache(maxsize=32)
+def _solved(
+    common: float,
+    seed: int,
+    wave_mm: float,
+    shortest_mm: float,
+    bare_mm: float,
+    growth: float,
+    turn_rad: float | None,
+    share: float,
+    crease_mm: float,
+    dabs_mm: float,
 ) -> Solved:
     """A flat surface (or one with waves of that amplitude) measured by photos that err alike.
 
@@ -71,7 +97,7 @@ def solved(
     noise = NOISE_MM * (np.sqrt(common) * shared + np.sqrt(1 - common) * own)
     true_mm = wave_mm * _waves(mesh.vertices_mm, random, shortest_mm, growth, turn_rad)
     true_mm += crease_mm * _folds(mesh)
-    thin_plate = thin_plate_of(mesh)
+    thin_plate = _plate_of_sheet()
     weight = 1 / NOISE_MM**2
     spread = sp.csr_matrix(
         (np.full(3 * count, 1 / 3), (np.repeat(np.arange(count), 3), mesh.faces.ravel())),
@@ -120,7 +146,10 @@ def solved(
     return Solved(mesh, seen, equations, moved_mm - true_mm)
 
 
-@pytest.mark.parametrize(("common", "low", "high"), [(0.0, 0.65, 0.82), (0.2, 0.8, 0.95)])
+@pytest.mark.parametrize(
+    ("common", "low", "high"),
+    [pytest.param(0.0, 0.65, 0.82, marks=pytest.mark.slow), (0.2, 0.8, 0.95)],
+)
 def test_noise_is_told_by_how_photos_disagree(common: float, low: float, high: float) -> None:
     """Whether photos err alike by nothing or by the most that captures showed, sigma is near.
 
@@ -130,13 +159,23 @@ def test_noise_is_told_by_how_photos_disagree(common: float, low: float, high: f
     ratios: list[float] = []
     for seed in range(4):
         found = solved(common, seed)
-        sigma = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
+        sigma = np.sqrt(found.local.variance_mm2)
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean((found.errors_mm / sigma)[inside] ** 2))))
     assert low < np.mean(ratios) < high
 
 
-@pytest.mark.parametrize("numbers", [(0, 4), (0, 8), (0, 1), (0, 2, 5), (0, 1, 2, 3, 4, 5)])
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        (0, 4),
+        (0, 2, 5),
+        *(
+            pytest.param(one, marks=pytest.mark.slow)
+            for one in ((0, 8), (0, 1), (0, 1, 2, 3, 4, 5))
+        ),
+    ],
+)
 def test_noise_is_the_sum_of_the_photos_squares_whatever_their_numbers(
     numbers: tuple[int, ...],
 ) -> None:
@@ -175,7 +214,7 @@ def test_noise_is_the_sum_of_the_photos_squares_whatever_their_numbers(
 
 def test_detail_that_the_thin_plate_takes_is_told() -> None:
     found = solved(0.1, 7, wave_mm=0.3)
-    sigma = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
+    sigma = np.sqrt(found.local.variance_mm2)
     inside = _inside()
     smooth = solved(0.1, 7)
     error, error_smooth = found.errors_mm[inside].std(), smooth.errors_mm[inside].std()
@@ -184,7 +223,13 @@ def test_detail_that_the_thin_plate_takes_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wave_mm", "shortest_mm"), [(0.3, 4.0), (0.3, 2.0), (0.1, 2.0), (0.0, 4.0)]
+    ("wave_mm", "shortest_mm"),
+    [
+        (0.3, 4.0),
+        (0.0, 4.0),
+        pytest.param(0.3, 2.0, marks=pytest.mark.slow),
+        pytest.param(0.1, 2.0, marks=pytest.mark.slow),
+    ],
 )
 def test_a_line_gets_back_what_lost_relief_took_and_gives_what_noise_added(
     wave_mm: float, shortest_mm: float
@@ -196,7 +241,7 @@ def test_a_line_gets_back_what_lost_relief_took_and_gives_what_noise_added(
         found = solved(0.1, seed, wave_mm, shortest_mm)
         lift, inside = found.mesh.vertices_mm[:, 2], _inside()
         truly.append(_longer(lift - found.errors_mm) - _longer(lift))
-        lost = _local(found.mesh, found.seen, found.equations).lost_length
+        lost = found.local.lost_length
         told.append(lost[inside].mean(0))
     expected, sigma = np.mean(told, axis=0)
     assert abs(expected - np.mean(truly)) < 1.96 * sigma
@@ -219,7 +264,7 @@ def test_a_line_across_folds_gets_back_twice_as_much_and_one_along_them_nothing(
         found = solved(0.1, seed, 0.3, turn_rad=turn_rad)
         lift, inside = found.mesh.vertices_mm[:, 2], _inside()
         truly.append(_longer(lift - found.errors_mm) - _longer(lift))
-        local = _local(found.mesh, found.seen, found.equations)
+        local = found.local
         across = local.lost_across[inside]
         size = np.linalg.norm(across, axis=1)
         along_x = 2 * across[:, 0] ** 2 / size - size
@@ -231,7 +276,10 @@ def test_a_line_across_folds_gets_back_twice_as_much_and_one_along_them_nothing(
     assert sigma < 0.5 * expected
 
 
-@pytest.mark.parametrize(("growth", "shortest_mm"), [(1.0, 4.0), (0.2, 2.5), (0.0, 2.5)])
+@pytest.mark.parametrize(
+    ("growth", "shortest_mm"),
+    [(1.0, 4.0), (0.2, 2.5), pytest.param(0.0, 2.5, marks=pytest.mark.slow)],
+)
 def test_relief_that_stays_high_at_short_waves_is_told_to_be_lost(
     growth: float, shortest_mm: float
 ) -> None:
@@ -239,14 +287,15 @@ def test_relief_that_stays_high_at_short_waves_is_told_to_be_lost(
     ratios: list[float] = []
     for seed in range(2):
         found = solved(0.1, seed, 0.3, shortest_mm, growth=growth)
-        variance = _local(found.mesh, found.seen, found.equations).variance_mm2
+        variance = found.local.variance_mm2
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean(found.errors_mm[inside] ** 2 / variance[inside]))))
     assert 0.8 < np.mean(ratios) < 1.35
 
 
 @pytest.mark.parametrize(
-    ("growth", "shortest_mm", "least"), [(1.0, 4.0, 0.8), (0.2, 2.5, 0.9), (0.0, 2.5, 0.9)]
+    ("growth", "shortest_mm", "least"),
+    [(1.0, 4.0, 0.8), (0.2, 2.5, 0.9), pytest.param(0.0, 2.5, 0.9, marks=pytest.mark.slow)],
 )
 def test_a_line_gets_back_what_wrinkles_lost(
     growth: float, shortest_mm: float, least: float
@@ -258,7 +307,7 @@ def test_a_line_gets_back_what_wrinkles_lost(
         found = solved(0.1, seed, 0.3, shortest_mm, growth=growth)
         lift, inside = found.mesh.vertices_mm[:, 2], _inside()
         truly.append(_longer(lift - found.errors_mm) - _longer(lift))
-        lost = _local(found.mesh, found.seen, found.equations).lost_length
+        lost = found.local.lost_length
         told.append(lost[inside].mean(0))
     expected, sigma = np.mean(told, axis=0)
     assert abs(expected - np.mean(truly)) < 1.96 * sigma
@@ -280,8 +329,10 @@ def test_a_plate_over_noise_alone_stays_as_stiff() -> None:
     assert with_softer_plate(found.seen, found.equations, usual) is found.equations
 
 
-@pytest.mark.parametrize("share", [0.6, 0.4])
-@pytest.mark.parametrize(("wave_mm", "shortest_mm"), [(0.3, 4.0), (0.1, 2.0)])
+@pytest.mark.parametrize("share", [pytest.param(0.6, marks=pytest.mark.slow), 0.4])
+@pytest.mark.parametrize(
+    ("wave_mm", "shortest_mm"), [(0.3, 4.0), pytest.param(0.1, 2.0, marks=pytest.mark.slow)]
+)
 def test_what_a_softer_plate_loses_is_told(
     share: float, wave_mm: float, shortest_mm: float
 ) -> None:
@@ -336,7 +387,7 @@ def test_what_levels_along_folds_lose_is_told_on_valleys_and_beside_them() -> No
     told: list[np.ndarray] = []
     for seed in (4, 5, 6):
         found = solved(0.1, seed, crease_mm=0.8)
-        local, beside = _local(found.mesh, found.seen, found.equations), _inside()
+        local, beside = found.local, _inside()
         beside &= _beside_middle_mm(found.mesh) < 7.0
         line = np.round(found.mesh.vertices_mm[:, 0] / (EDGE_MM / 2)).astype(int)
         of_line = np.eye(line.max() + 1)[:, line[beside]]
@@ -355,7 +406,7 @@ def test_what_levels_along_folds_lose_is_told_on_valleys_and_beside_them() -> No
 def test_relief_that_runs_all_ways_has_next_to_no_creases() -> None:
     """By chance a place has more than the median; what it says of a line is little all the same."""
     found, inside = solved(0.1, 4, wave_mm=0.3), _inside()
-    local = _local(found.mesh, found.seen, found.equations)
+    local = found.local
     line_mm = np.linalg.norm(local.creases_mm[inside].mean(0))
     assert line_mm < 0.1 * np.sqrt(local.variance_mm2[inside].mean())
 
@@ -369,7 +420,7 @@ def test_without_folds_little_of_the_variance_is_that_of_creases(wave_mm: float)
     shares: list[float] = []
     for seed in range(4):
         found, inside = solved(0.1, seed, wave_mm=wave_mm), _inside()
-        local = _local(found.mesh, found.seen, found.equations)
+        local = found.local
         creases = (local.creases_mm[inside] ** 2).sum(1).mean()
         shares.append(float(creases / local.variance_mm2[inside].mean()))
     assert np.mean(shares) < 0.4
@@ -405,7 +456,7 @@ def test_where_no_photos_agree_the_given_surface_keeps_its_error() -> None:
     added_px: list[float] = []
     for radius_mm in (1.5, 12.0):
         found = solved(0.1, 1, bare_mm=radius_mm)
-        usual = _local(found.mesh, found.seen, found.equations).variance_mm2
+        usual = found.local.variance_mm2
         variance = _local(found.mesh, found.seen, _believing(found)).variance_mm2
         added = np.sqrt(np.maximum(variance - usual, 0.0)) / PIXEL_MM
         added_px.append(float(np.median(added[away_mm < 1.5])))
@@ -492,7 +543,7 @@ def test_noise_pushes_an_unheld_place_no_further_than_the_given_surface_lets_it(
 
 def test_a_vertex_that_one_photo_sees_is_a_little_less_sure() -> None:
     found = solved(0.1, 1)
-    usual = _local(found.mesh, found.seen, found.equations).variance_mm2
+    usual = found.local.variance_mm2
     photo_count = found.equations.photo_count.copy()
     photo_count[500] = 1
     alone = replace(found.equations, photo_count=photo_count)
@@ -506,7 +557,7 @@ def test_sigma_is_even_where_the_data_are() -> None:
     apart: list[float] = []
     for seed in (1, 3):
         found = solved(0.1, seed)
-        variance = _local(found.mesh, found.seen, found.equations).variance_mm2
+        variance = found.local.variance_mm2
         rows = np.log(variance).reshape(SIDE, SIDE)[7:-7, 7:-7] / 2
         apart.append(float(np.std(rows[:, 5:] - rows[:, :-5])))
     assert 0.02 < np.mean(apart) < 0.135
@@ -549,7 +600,7 @@ def test_sigma_grows_over_a_bare_patch_the_more_the_wider_it_is() -> None:
         for seed in range(4):
             found = solved(0.1, seed, wave_mm=0.3, shortest_mm=2.0, bare_mm=radius_mm)
             squares.append(found.errors_mm**2)
-            local = _local(found.mesh, found.seen, found.equations)
+            local = found.local
             variances.append(local.variance_mm2)
         rest = np.sqrt(np.mean(np.array(variances)[:, round_it]))
         errors.append(float(np.sqrt(np.mean(np.array(squares)[:, middle]))))
@@ -586,7 +637,7 @@ def test_sigma_grows_between_dabs_as_errors_do() -> None:
 def test_noise_taken_for_texture_makes_a_vertex_less_sure() -> None:
     """The photos pull as much as anywhere, and a tenth of it is what truly holds."""
     found = solved(0.1, 2)
-    usual = _local(found.mesh, found.seen, found.equations).variance_mm2
+    usual = found.local.variance_mm2
     noisy = _from_middle(_sheet()) < 10
     root = sp.diags(np.where(noisy, np.sqrt(0.1), 1.0))
     held = sp.csr_matrix(root @ found.equations.texture_hessian @ root)
@@ -599,10 +650,12 @@ def test_noise_taken_for_texture_makes_a_vertex_less_sure() -> None:
 
 def test_what_goes_wild_in_one_place_makes_the_rest_no_less_sure() -> None:
     found = solved(0.1, 1)
-    usual = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
+    usual = np.sqrt(found.local.variance_mm2)
     wild = (found.mesh.faces == 30 * SIDE + 30).any(1)
-    found.equations.right_by_photo[wild] *= 1000
-    sigma = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
+    right_by_photo = found.equations.right_by_photo.copy()
+    right_by_photo[wild] *= 1000
+    equations = replace(found.equations, right_by_photo=right_by_photo)
+    sigma = np.sqrt(_local(found.mesh, found.seen, equations).variance_mm2)
     apart_mm = np.linalg.norm(
         found.mesh.vertices_mm - found.mesh.vertices_mm[30 * SIDE + 30], axis=1
     )
@@ -612,6 +665,12 @@ def test_what_goes_wild_in_one_place_makes_the_rest_no_less_sure() -> None:
     assert sigma[30 * SIDE + 30] > 1.5 * usual[30 * SIDE + 30]
 
 
+@cache
+def _plate_of_sheet() -> ThinPlate:
+    return thin_plate_of(_sheet())
+
+
+@cache
 def _sheet() -> Mesh:
     """A rhomb of equilateral triangles."""
     column, row = (part.ravel() for part in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))

@@ -133,7 +133,15 @@ def test_the_pixels_are_those_of_the_frame(tmp_path: Path) -> None:
         np.testing.assert_array_equal(taken, frames[verdict.number][:, :, ::-1])
 
 
-@pytest.mark.parametrize(("turn", "quarters"), [(0, 0), (90, 1), (180, 2), (270, 3)])
+@pytest.mark.parametrize(
+    ("turn", "quarters"),
+    [
+        (90, 1),
+        pytest.param(0, 0, marks=pytest.mark.slow),
+        pytest.param(180, 2, marks=pytest.mark.slow),
+        pytest.param(270, 3, marks=pytest.mark.slow),
+    ],
+)
 def test_the_turn_is_told_and_the_pixels_stay(tmp_path: Path, turn: int, quarters: int) -> None:
     made = film(tmp_path / "walk.mp4", [4.0] * 60, "mp4v")
     _, straight = chosen(made.path, FrameOptions(count=4))

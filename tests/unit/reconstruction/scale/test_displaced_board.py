@@ -44,7 +44,9 @@ def scale_error(capture: Capture, detections: BoardDetections) -> float:
     return float(np.linalg.norm(first - last) / np.linalg.norm(true[0] - true[1]) - 1)
 
 
-@pytest.mark.parametrize("shift_mm", [2.0, 8.0, 30.0])
+@pytest.mark.parametrize(
+    "shift_mm", [2.0, *(pytest.param(one, marks=pytest.mark.slow) for one in (8.0, 30.0))]
+)
 def test_the_larger_part_sets_the_scale_and_the_push_is_named(
     capture: Capture, shift_mm: float
 ) -> None:
@@ -87,7 +89,9 @@ def test_two_pushes_leave_the_largest_part(capture: Capture) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 6))]
+)
 def test_a_board_that_kept_still_is_left_as_it_is(capture: Capture, seed: int) -> None:
     for noise_px in (0.0, 0.1, 0.5):
         found = capture.detections(noise_px=noise_px, seed=seed)
@@ -128,7 +132,9 @@ def showing(detections: BoardDetections, columns: dict[int, range]) -> BoardDete
 LEFT_THEN_RIGHT = {0: range(3), 7: range(3, 6)}
 
 
-@pytest.mark.parametrize("shift_mm", [0.5, 2.0, 8.0])
+@pytest.mark.parametrize(
+    "shift_mm", [0.5, *(pytest.param(one, marks=pytest.mark.slow) for one in (2.0, 8.0))]
+)
 @pytest.mark.parametrize("columns", [LEFT_THEN_RIGHT, {0: range(4), 7: range(3, 6)}])
 def test_a_push_between_photos_of_other_corners_is_told_by_the_shape(
     capture: Capture, shift_mm: float, columns: dict[int, range]
@@ -141,7 +147,9 @@ def test_a_push_between_photos_of_other_corners_is_told_by_the_shape(
     assert abs(scale_error(capture, detections)) < 1e-3
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 6))]
+)
 def test_photos_of_other_corners_of_a_still_board_are_kept(capture: Capture, seed: int) -> None:
     for columns in (
         LEFT_THEN_RIGHT,

@@ -93,7 +93,13 @@ def test_sigma_follows_the_picks(capture) -> None:
     assert 5e-4 < coarse < 2e-3
 
 
-@pytest.mark.parametrize("photos", [(0, 2), (0, 2, 10), (0, 2, 5, 8, 10)])
+@pytest.mark.parametrize(
+    "photos",
+    [
+        (0, 2),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ((0, 2, 10), (0, 2, 5, 8, 10))),
+    ],
+)
 def test_picks_that_scatter_more_than_stated_are_believed(capture, photos) -> None:
     """Picks three times as far off as stated: few of them tell it badly, and it is widened."""
     exact = both(capture, photos)[0]

@@ -138,7 +138,15 @@ def _sandal(neck_mm: float, lean: float) -> Mesh:
     )
 
 
-@pytest.mark.parametrize(("neck_mm", "lean"), [(1.0, 0.3), (2.0, 0.5), (3.2, 0.8), (8.0, 0.8)])
+@pytest.mark.parametrize(
+    ("neck_mm", "lean"),
+    [
+        (1.0, 0.3),
+        (8.0, 0.8),
+        pytest.param(2.0, 0.5, marks=pytest.mark.slow),
+        pytest.param(3.2, 0.8, marks=pytest.mark.slow),
+    ],
+)
 def test_no_sole_is_closed_where_the_walls_of_an_arch_meet(neck_mm: float, lean: float) -> None:
     ragged = _sandal(neck_mm, lean)
     even = level_brim(ragged)

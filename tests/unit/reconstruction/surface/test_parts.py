@@ -131,7 +131,9 @@ def test_the_user_chooses_and_the_numbers_stay(pot: Cloud) -> None:
     assert [part.number for part in mesh.repairs.others] == [1]
 
 
-@pytest.mark.parametrize("wanted", [0, 3, -1])
+@pytest.mark.parametrize(
+    "wanted", [0, *(pytest.param(one, marks=pytest.mark.slow) for one in (3, -1))]
+)
 def test_a_part_that_is_not_there_is_refused(pot: Cloud, wanted: int) -> None:
     with pytest.raises(OptionsError, match="2 bodies were found"):
         parts_of(pot, PartOptions(chosen=wanted))

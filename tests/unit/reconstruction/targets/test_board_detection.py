@@ -134,7 +134,7 @@ def painted(paint: Callable[..., np.ndarray], printed: Board) -> dict[str, np.nd
     return {f"{k}.png": paint(printed, pose) for k, pose in enumerate(poses_of(printed))}
 
 
-@pytest.mark.parametrize("legacy", [True, False])
+@pytest.mark.parametrize("legacy", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_board_is_read_in_the_pattern_in_which_it_was_printed(
     tmp_path: Path, paint: Callable[..., np.ndarray], camera: Camera, legacy: bool
 ) -> None:
@@ -152,7 +152,9 @@ def test_a_board_is_read_in_the_pattern_in_which_it_was_printed(
 @pytest.mark.parametrize(
     ("printed", "given", "said"),
     [
-        (board("7x5"), board("5x7"), "7 x 5 squares; 5 x 7 was given"),
+        pytest.param(
+            board("7x5"), board("5x7"), "7 x 5 squares; 5 x 7 was given", marks=pytest.mark.slow
+        ),
         (board("7x5"), board("9x7"), "7 x 5 squares; 9 x 7 was given"),
         (
             board("8x6", legacy=True),
@@ -188,7 +190,9 @@ def test_markers_that_are_misread_in_a_mirror_do_not_hide_it(
         assert [one.name for one in found.set_aside] == ["0.png", "1.png", "2.png"]
 
 
-@pytest.mark.parametrize("given_mm", [5.0, 6.2, 8.8])
+@pytest.mark.parametrize(
+    "given_mm", [6.2, *(pytest.param(one, marks=pytest.mark.slow) for one in (5.0, 8.8))]
+)
 def test_markers_that_fill_another_part_of_their_squares_are_of_another_board(
     paint: Callable[..., np.ndarray], tmp_path: Path, given_mm: float
 ) -> None:
@@ -203,7 +207,9 @@ def test_markers_that_fill_another_part_of_their_squares_are_of_another_board(
     assert found.cause.values["fitting_mm"] == pytest.approx(printed.marker_mm, abs=0.3)
 
 
-@pytest.mark.parametrize("off", [-0.02, 0.0, 0.02])
+@pytest.mark.parametrize(
+    "off", [-0.02, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.0, 0.02))]
+)
 def test_a_ratio_that_a_ruler_may_miss_by_is_taken(
     paint: Callable[..., np.ndarray], tmp_path: Path, off: float
 ) -> None:

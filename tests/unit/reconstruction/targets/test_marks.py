@@ -60,14 +60,16 @@ def misses_px(count: int = 6, **more: object) -> np.ndarray:
     return np.array(off)
 
 
-@pytest.mark.parametrize("blur_px", [0.4, 1.0, 1.3])
+@pytest.mark.parametrize(
+    "blur_px", [1.3, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.4, 1.0))]
+)
 def test_flat_marks_are_measured_to_hundredths(blur_px: float) -> None:
     off = misses_px(blur_px=blur_px)
     assert 1e-4 < np.sqrt((off**2).mean()) < 0.03
     assert np.abs(off.mean((0, 1))).max() < 0.01
 
 
-@pytest.mark.parametrize("blur_px", [0.4, 1.0])
+@pytest.mark.parametrize("blur_px", [0.4, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_marks_on_a_cylinder_of_50_mm_are_measured_to_a_twentieth(blur_px: float) -> None:
     off = misses_px(blur_px=blur_px, radius_mm=50.0)
     assert 1e-3 < np.sqrt((off**2).mean()) < 0.05
