@@ -26,7 +26,7 @@ from limbgram.workbench.devices.order import encode_order, parse_order, read_ord
 
 @pytest.fixture(scope="module")
 def foot(tmp_path_factory: pytest.TempPathFactory) -> ShapeFile:
-    path = write_limb(make_foot(), tmp_path_factory.mktemp("limb") / "foot.ply")
+    path = write_limb(make_foot(size=0.7), tmp_path_factory.mktemp("limb") / "foot.ply")
     return read_shape(path)
 
 

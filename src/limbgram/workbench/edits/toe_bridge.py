@@ -159,11 +159,19 @@ class _ClosedFoot:
     grown: SignedSurface
     radius_mm: float
 
+    on_grid: Float64[np.ndarray, " g"]
+    """Values at the grid's points: exact where the level passes between them and a neighbour."""
+
     @classmethod
     def of(cls, foot: SignedSurface, grid: "_Grid", radius_mm: float) -> "_ClosedFoot":
-        away_mm = foot.signed(grid.points_mm).signed_mm
-        grown = grid.positive_surface(radius_mm - away_mm)
-        return cls(foot, SignedSurface(grown.vertices_mm, grown.faces), radius_mm)
+        places = grid.points_mm
+        values = foot.signed(places).signed_mm
+        solid = grid.positive_surface(radius_mm - values)
+        grown = SignedSurface(solid.vertices_mm, solid.faces)
+        near = (values < radius_mm) & ((values > -2 * grid.cell_mm) | grid.beside_border)
+        shrunk_mm = grown.signed(places[near]).signed_mm + radius_mm + _OWN_SURFACE_MM
+        values[near] = np.minimum(values[near], shrunk_mm)
+        return cls(foot, grown, radius_mm, values)
 
     def at(self, points_mm: Points3) -> tuple[Float64[np.ndarray, " n"], Points3]:
         """Values and gradients of the function."""
@@ -197,6 +205,13 @@ class _Grid:
     def points_mm(self) -> Points3:
         return self.lowest_mm + self.cell_mm * np.indices(self.counts).reshape(3, -1).T
 
+    @property
+    def beside_border(self) -> Bool[np.ndarray, " n"]:
+        """Points of which a neighbour lies on the border."""
+        inner = np.zeros(self.counts, np.bool_)
+        inner[2:-2, 2:-2, 2:-2] = True
+        return ~inner.ravel()
+
     def positive_surface(self, values: Float64[np.ndarray, " n"]) -> Mesh:
         """The surface round positive values, cut straight at the grid's border."""
         box = np.round(values, _GRID_DIGITS).reshape(self.counts)
@@ -218,11 +233,14 @@ def _with_toes_bridged(mesh: Mesh, across: _BallPlane, asked: ToeBridge) -> Mesh
     toes = across.toe_vertices(mesh, 0.0)
     if not toes.any():
         raise EditError("edit.toe_bridge.no_toes")
+    along = across.along_mm(mesh.vertices_mm)
+    behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_CUT_MM))).mesh
+    one = _open_edge_at(behind, across, 0.0)
     seen = across.in_foot_axes(mesh)
     near = seen.vertices_mm[across.toe_vertices(mesh, -1.5 * gap_mm)]
     grid = _Grid.round(near, radius_mm + 2 * cell_mm, cell_mm)
     field = _ClosedFoot.of(SignedSurface(seen.vertices_mm, seen.faces), grid, radius_mm)
-    level = refine(grid.positive_surface(-field.at(grid.points_mm)[0]), _EDGE_CELLS * cell_mm)
+    level = refine(grid.positive_surface(-field.on_grid), _EDGE_CELLS * cell_mm)
     beyond = level.vertices_mm[:, 1]
     rough = keep_positive(level, beyond + 2 * cell_mm).mesh  # without the grid's own border
     settled = rough.with_vertices(_moved_to_level(field, rough.vertices_mm, cell_mm))
@@ -230,12 +248,7 @@ def _with_toes_bridged(mesh: Mesh, across: _BallPlane, asked: ToeBridge) -> Mesh
     anew = across.in_mesh_axes(
         largest_piece(keep_positive(settled, beyond - _STRIP_CELLS * cell_mm).mesh)[0]
     )
-    along = across.along_mm(mesh.vertices_mm)
-    behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_CUT_MM))).mesh
-    one, two = (
-        _open_edge_at(behind, across, 0.0),
-        _open_edge_at(anew, across, _STRIP_CELLS * cell_mm)[::-1],
-    )
+    two = _open_edge_at(anew, across, _STRIP_CELLS * cell_mm)[::-1]
     between = strip(behind.vertices_mm[one], anew.vertices_mm[two])
     like = np.asarray(KDTree(behind.vertices_mm).query(anew.vertices_mm)[1], np.int64)
     numbers = np.concatenate([one, len(behind) + two])

@@ -538,12 +538,12 @@ def _level_of_sections(mesh: Mesh, height_mm: float, sections: list[Section]) ->
     sections = [_without_repeats(section) for section in sections]
     rings = [section.points_mm[:, :2] for section in sections]
     depth = np.array([sum(holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
-    outward = np.array([section.area_mm2(up) > 0 for section in sections])
-    if (outward != (depth % 2 == 0)).any():
+    areas = np.array([section.area_mm2(up) for section in sections])
+    if ((areas > 0) != (depth % 2 == 0)).any():
         return Refused(
             height_mm, fault("measure.level.crossed", height_mm=height_mm, loops=len(rings))
         )
-    crumbs = _is_crumb(sections, rings, depth)
+    crumbs = _is_crumb(np.abs(areas), rings, depth)
     keep = np.flatnonzero(~crumbs).tolist()
     sections, rings, depth = [sections[k] for k in keep], [rings[k] for k in keep], depth[keep]
     sizes = [len(ring) for ring in rings]
@@ -574,11 +574,9 @@ def _without_repeats(section: Section) -> Section:
 
 
 def _is_crumb(
-    sections: list[Section], rings: list[Points2], depth: Int64[np.ndarray, " l"]
+    areas: Float64[np.ndarray, " l"], rings: list[Points2], depth: Int64[np.ndarray, " l"]
 ) -> Bool[np.ndarray, " l"]:
     """Which loops are outlines too small to be the limb, or lie in such an outline."""
-    up = np.array([0.0, 0.0, 1.0])
-    areas = np.array([abs(section.area_mm2(up)) for section in sections])
     crumbs = (depth == 0) & (areas < _CRUMB_SHARE * areas.max())
     for k in np.flatnonzero(crumbs):
         crumbs |= np.array([holds(rings[k], ring[0]) for ring in rings]) & (depth > 0)

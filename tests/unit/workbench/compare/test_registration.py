@@ -47,7 +47,7 @@ def worst_mm(found: Rigid, true: Rigid, limb: Limb) -> float:
     return float(np.linalg.norm(off, axis=1).max())
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_copy_that_lies_anywhere_comes_back(limb, move, seed: int) -> None:
     true = pose_of(seed)
     found = by_shape(limb, move(limb, true))
@@ -145,7 +145,13 @@ def test_sizes_are_judged_by_the_width_of_the_limb(limb, width_mm, factor, word)
 
 
 @pytest.mark.parametrize(
-    ("factor", "word"), [(0.92, "smaller"), (0.95, "smaller"), (1.05, "larger"), (1.08, "larger")]
+    ("factor", "word"),
+    [
+        pytest.param(0.92, "smaller", marks=pytest.mark.slow),
+        (0.95, "smaller"),
+        (1.05, "larger"),
+        pytest.param(1.08, "larger", marks=pytest.mark.slow),
+    ],
 )
 def test_a_difference_in_size_that_lets_shapes_slide_is_told(limb, factor, word) -> None:
     (note,) = (

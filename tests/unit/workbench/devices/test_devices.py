@@ -17,6 +17,7 @@ from limbgram.findings import Finding, Value
 from limbgram.findings.tell import filled, terms
 from limbgram.formats.threemf import write_3mf
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
+from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import devices
 from limbgram.workbench.devices.making import Order, make_device, preview_device
 from limbgram.workbench.devices.proof import require_solid
@@ -102,8 +103,7 @@ def test_straps_of_a_trunk_lie_beside_the_opening(
 
 def test_straps_over_bone_or_half_in_a_roll_are_told(bodies: dict[str, Limb]) -> None:
     limb = bodies["torso"]
-    body = preview_device(limb, Order(device="tlso-front", made="printed")).body
-    waist_mm = float(body.place_mm("right waist")[2])
+    waist_mm = float(Body.of(limb).place_mm("right waist")[2])
     beside = limb.frame.limb_from_mesh.inverse.apply(np.array([[43.0, 78.0, waist_mm + 5]]))[0]
     sore = Landmark(name="scar", position_mm=beside)
     marked = replace(limb, landmarks=(*limb.landmarks, sore))

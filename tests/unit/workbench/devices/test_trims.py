@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import Delaunay, KDTree
+from tests.unit.workbench.devices.conftest import BodyOf
 from tests.unit.workbench.devices.shapes import make_foot
 
 from limbgram.core.errors import EditError
@@ -53,7 +54,7 @@ def values_for(device: Device, at: str) -> dict[str, float]:
 @pytest.mark.parametrize(
     "at",
     [
-        "usual",
+        pytest.param("usual", marks=pytest.mark.slow),  # of which tests of devices are made
         "least",
         "most",
         pytest.param("in turn", marks=pytest.mark.slow),
@@ -62,10 +63,10 @@ def values_for(device: Device, at: str) -> dict[str, float]:
 )
 @pytest.mark.parametrize("name", DEVICES)
 def test_edges_are_whole_at_the_corners_of_their_ranges(
-    bodies: dict[str, Limb], name: str, at: str
+    body_of: BodyOf, name: str, at: str
 ) -> None:
     device = DEVICES[name]
-    body = Body.of(bodies[device.kind])
+    body = body_of(device.kind)
     drawn = draw_trim(body, device.trim, values_for(device, at))
     for edge in drawn.edges:
         closest = tree_on(body.mesh).closest(edge.curve.points_mm)
@@ -76,8 +77,8 @@ def test_edges_are_whole_at_the_corners_of_their_ranges(
     assert 0.05 < (covered.beyond_mm < 0).mean() < 0.95
 
 
-def test_points_lie_where_anatomy_says(bodies: dict[str, Limb]) -> None:
-    body = Body.of(bodies["foot"])
+def test_points_lie_where_anatomy_says(body_of: BodyOf) -> None:
+    body = body_of("foot")
     values = values_of(SOLID.measures, {"ankle_lateral_mm": 9.0, "below_fibula_mm": 30.0})
     places = {one.point: np.array(one.point_mm) for one in draw_trim(body, SOLID, values).handles}
     malleolus = body.place_mm("lateral malleolus")
@@ -90,9 +91,9 @@ def test_points_lie_where_anatomy_says(bodies: dict[str, Limb]) -> None:
     assert places["top, behind"][1] < -40
 
 
-def test_a_left_limb_has_the_same_edges_mirrored(bodies: dict[str, Limb]) -> None:
+def test_a_left_limb_has_the_same_edges_mirrored(body_of: BodyOf) -> None:
     values = values_of(SOLID.measures, {"ankle_lateral_mm": 8.0, "wall_medial_mm": 36.0})
-    right = draw_trim(Body.of(bodies["foot"]), SOLID, values)
+    right = draw_trim(body_of("foot"), SOLID, values)
     left = draw_trim(Body.of(make_foot("left")), SOLID, values)
     for one, other in zip(right.handles, left.handles, strict=True):
         mirror = np.array(other.point_mm) * [-1, 1, 1]
@@ -101,8 +102,8 @@ def test_a_left_limb_has_the_same_edges_mirrored(bodies: dict[str, Limb]) -> Non
     assert KDTree(mirrored).query(edge.curve.points_mm)[0].max() < 0.5  # as far as points lie apart
 
 
-def test_a_handle_goes_where_it_says(bodies: dict[str, Limb]) -> None:
-    body = Body.of(bodies["foot"])
+def test_a_handle_goes_where_it_says(body_of: BodyOf) -> None:
+    body = body_of("foot")
     values = values_of(SOLID.measures, {})
     handles = {one.point: one for one in draw_trim(body, SOLID, values).handles}
     handle = handles["ankle, lateral"]
@@ -117,8 +118,8 @@ def test_a_handle_goes_where_it_says(bodies: dict[str, Limb]) -> None:
     assert all(handles[name].point_mm == place for name, place in others.items())
 
 
-def test_a_point_that_was_set_free_stays(bodies: dict[str, Limb]) -> None:
-    body = Body.of(bodies["foot"])
+def test_a_point_that_was_set_free_stays(body_of: BodyOf) -> None:
+    body = body_of("foot")
     values = values_of(SOLID.measures, {})
     first = {one.point: one.point_mm for one in draw_trim(body, SOLID, values).handles}
     x, y, z = first["wall, lateral"]
@@ -159,9 +160,9 @@ def test_what_differs_between_patients_is_never_guessed() -> None:
     assert refused.value.finding.values["name"] == "ramus_deg"
 
 
-def test_the_ramus_turns_the_medial_brim(bodies: dict[str, Limb]) -> None:
+def test_the_ramus_turns_the_medial_brim(body_of: BodyOf) -> None:
     trim = DEVICES["ischial-containment-socket"].trim
-    body = Body.of(bodies["transfemoral"])
+    body = body_of("transfemoral")
     angles: list[float] = []
     for ramus in (10.0, 40.0):
         drawn = draw_trim(body, trim, values_of(trim.measures, {"ramus_deg": ramus}))
@@ -202,10 +203,10 @@ def test_what_cannot_be_drawn_is_refused_with_the_place(bodies: dict[str, Limb])
 
 
 def test_a_point_beside_a_slender_limb_is_refused_with_its_measures(
-    bodies: dict[str, Limb],
+    body_of: BodyOf,
 ) -> None:
     """A joint's ear, 14 mm in front of a malleolus, on an ankle that is a quarter as thick."""
-    foot, calf = Body.of(bodies["foot"]).limb, DEVICES["hinged-afo-calf"].trim
+    foot, calf = body_of("foot").limb, DEVICES["hinged-afo-calf"].trim
     slender = replace(
         foot,
         mesh=foot.mesh.with_vertices(0.25 * foot.mesh.vertices_mm),
@@ -286,12 +287,12 @@ def test_an_opening_that_leaves_too_narrow_a_bridge_is_refused(x_mm: float) -> N
 
 
 def test_a_point_under_the_foot_lies_on_the_lowest_place_of_its_side(
-    bodies: dict[str, Limb],
+    body_of: BodyOf,
 ) -> None:
     """On a ball, whose side begins 45 degrees over its lowest place."""
     ball = trimesh.creation.icosphere(6, 50.0)
     mesh = Mesh(vertices_mm=np.array(ball.vertices), faces=ball.faces.astype(np.int32))
-    body = Body(replace(Body.of(bodies["foot"]).limb, mesh=mesh))
+    body = Body(replace(body_of("foot").limb, mesh=mesh))
     up = np.array([0.0, 0, 1])
     for height_mm, truth_mm in ((-47.0, -np.sqrt(0.5) * 50.0), (-20.0, -20.0)):
         place = body.first_hit_mm(np.array([0.0, 0, height_mm]), np.array([-1.0, 0, 0]))
@@ -303,10 +304,8 @@ def test_a_point_under_the_foot_lies_on_the_lowest_place_of_its_side(
 
 
 @pytest.mark.parametrize("below_mm", [80.0, 110.0, 140.0])
-def test_a_front_shell_ends_level_wherever_it_ends(
-    bodies: dict[str, Limb], below_mm: float
-) -> None:
-    body = Body.of(bodies["foot"])
+def test_a_front_shell_ends_level_wherever_it_ends(body_of: BodyOf, below_mm: float) -> None:
+    body = body_of("foot")
     trim = DEVICES["ground-reaction-afo"].trim
     drawn = draw_trim(body, trim, values_of(trim.measures, {"shell_below_mm": below_mm}))
     curve = next(one.curve for one in drawn.edges if one.name == "front opening")
@@ -319,8 +318,8 @@ def test_a_front_shell_ends_level_wherever_it_ends(
     assert height - 14 < z[over].min() < z[over].max() < height + 4
 
 
-def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str, Limb]) -> None:
-    body = Body.of(bodies["foot"])
+def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(body_of: BodyOf) -> None:
+    body = body_of("foot")
     device = DEVICES["solid-afo"]
     values = values_of(device.measures("printed"), {"strap_back_mm": 14.0})
     for slot, sign in zip(device.slots, (1.0, -1.0), strict=True):
@@ -333,8 +332,8 @@ def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str,
         assert far_mm == pytest.approx(14.0, abs=0.05)
 
 
-def test_a_slot_is_as_long_and_wide_as_asked(bodies: dict[str, Limb]) -> None:
-    body = Body.of(bodies["foot"])
+def test_a_slot_is_as_long_and_wide_as_asked(body_of: BodyOf) -> None:
+    body = body_of("foot")
     drawn = draw_trim(body, SOLID, values_of(SOLID.measures, {}))
     place = body.first_hit_mm(np.array([0.0, -8, 230]), np.array([0.0, 1, 0]))
     assert place is not None

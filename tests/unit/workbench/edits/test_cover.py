@@ -56,9 +56,9 @@ def capsule_mm(
 @cache
 def hand() -> Mesh:
     """A palm with a round end, three fingers on it, open at the wrist."""
-    step_mm = 1.5
+    step_mm = 2.0
     lowest = np.array([-30.0, -30.0, -34.0])
-    places = lowest + step_mm * np.moveaxis(np.indices((41, 41, 103)), 0, -1)
+    places = lowest + step_mm * np.moveaxis(np.indices((31, 31, 78)), 0, -1)
     inside = capsule_mm(places, 0.0, WRIST_MM, KNUCKLES_MM, PALM_MM)
     for x_mm in (-BETWEEN_MM, 0.0, BETWEEN_MM):
         finger = capsule_mm(places, x_mm, KNUCKLES_MM, TIPS_MM, FINGER_MM)

@@ -179,11 +179,18 @@ def widened(limb: Limb, slope_deg: float, flat: float) -> Limb:
     return limb.with_mesh(mesh.with_vertices(limb.frame.limb_from_mesh.inverse.apply(places)))
 
 
-@pytest.mark.parametrize("side", ["outward", "inward"])
-@pytest.mark.parametrize("thickness_mm", [2.0, 8.0])
+BRIMS = [(0, 1.0, 0), (12, 1.0, 0), (-12, 1.0, 0), (25, 0.8, 0), (0, 0.75, 15), (8, 0.75, 12)]
+"""Slope of the wall and tilt of the cut, degrees, and the section's flatness between them."""
+WALLS = [("outward", 2.0), ("inward", 8.0), ("inward", 2.0), ("outward", 8.0)]
+
+
 @pytest.mark.parametrize(
-    ("slope_deg", "flat", "forward_deg"),
-    [(0, 1.0, 0), (12, 1.0, 0), (-12, 1.0, 0), (25, 0.8, 0), (0, 0.75, 15), (8, 0.75, 12)],
+    ("slope_deg", "flat", "forward_deg", "thickness_mm", "side"),
+    [
+        pytest.param(*brim, thickness_mm, side, marks=[pytest.mark.slow] * ((k + j // 2) % 2))
+        for k, brim in enumerate(BRIMS)
+        for j, (side, thickness_mm) in enumerate(WALLS)
+    ],
 )
 def test_a_brim_is_level_where_it_was_cut_level(
     limb: Limb, slope_deg: float, flat: float, forward_deg: float, thickness_mm: float, side: str

@@ -1,7 +1,9 @@
 """Painted marks against their true places on a synthetic capture, with things that are none."""
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -33,12 +35,20 @@ MARKS = scattered_spots(4)
 OF_A_DABS_COLOUR = SockSpot(around=0.55, height=0.5, colour=RED, diameter_mm=10.0)
 OF_A_DABS_COLOUR_TOO = SockSpot(around=0.2, height=0.7, colour=RED, diameter_mm=10.0)
 SPOTS = (*MARKS, OF_A_DABS_COLOUR, OF_A_DABS_COLOUR_TOO)
+FoundBy = Callable[[PaintedOptions], PaintedMarks]
 
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     options = replace(SMALL, photos=13, calibration_photos=0, spots=SPOTS)
     return make_capture(tmp_path_factory.mktemp("painted") / "capture", options)
+
+
+@pytest.fixture(scope="module")
+def found_by(capture: Capture) -> FoundBy:
+    """What is found in the capture's photos, by options."""
+    photos = photos_of(capture.folder / "images")
+    return cache(lambda options: found_in(capture, photos, options))
 
 
 def found_in(capture: Capture, photos: PhotoSet, options: PaintedOptions) -> PaintedMarks:
@@ -55,10 +65,9 @@ def true_places(capture: Capture) -> np.ndarray:
 
 @pytest.mark.parametrize("colour", [None, MAGENTA, (255, 0, 255)])
 def test_marks_are_found_where_they_were_painted_and_nothing_else_is(
-    capture: Capture, colour: tuple[int, int, int] | None
+    capture: Capture, found_by: FoundBy, colour: tuple[int, int, int] | None
 ) -> None:
-    options = PaintedOptions(colour=colour)
-    marks = found_in(capture, photos_of(capture.folder / "images"), options).marks
+    marks = found_by(PaintedOptions(colour=colour)).marks
     apart = np.linalg.norm(
         np.stack([mark.position_mm for mark in marks])[:, None] - true_places(capture), axis=2
     )
@@ -114,20 +123,18 @@ def test_a_spot_in_one_photo_only_is_left_out_and_said(capture: Capture, tmp_pat
 
 
 def test_a_mark_that_many_squarely_looking_photos_do_not_show_is_left_out(
-    capture: Capture,
+    found_by: FoundBy,
 ) -> None:
-    photos = photos_of(capture.folder / "images")
-    lenient = found_in(capture, photos, PaintedOptions(colour=MAGENTA, least_photos=2))
+    lenient = found_by(PaintedOptions(colour=MAGENTA, least_photos=2))
     shown = min(len(mark.photos) for mark in lenient.marks)
-    strict = found_in(capture, photos, PaintedOptions(colour=MAGENTA, least_photos=shown + 1))
+    strict = found_by(PaintedOptions(colour=MAGENTA, least_photos=shown + 1))
     assert len(strict.marks) < len(lenient.marks) == len(MARKS)
     assert len(strict.marks) + len(strict.left_out) >= len(MARKS)
 
 
-def test_a_colour_that_the_paint_has_is_told(capture: Capture) -> None:
-    photos = photos_of(capture.folder / "images")
-    assert found_in(capture, photos, PaintedOptions(colour=MAGENTA)).shared_share < 0.3
-    assert found_in(capture, photos, PaintedOptions(colour=RED)).shared_share > 0.5
+def test_a_colour_that_the_paint_has_is_told(found_by: FoundBy) -> None:
+    assert found_by(PaintedOptions(colour=MAGENTA)).shared_share < 0.3
+    assert found_by(PaintedOptions(colour=RED)).shared_share > 0.5
 
 
 def test_a_colour_that_no_pixel_has_is_not_called_the_paints(capture: Capture) -> None:

@@ -188,7 +188,8 @@ def test_the_command_measures_across_the_centreline(tmp_path: Path) -> None:
 
 def test_the_tables_in_a_notebook_have_their_reach_and_in_pandas_their_sigma() -> None:
     pytest.importorskip("pandas", reason="pandas is not installed")
-    found, form = measure_along(foot(), 100.0, placing=SURE), measuring_sheet(foot())
+    limb = foot(step_mm=5.0)
+    found, form = measure_along(limb, 100.0, placing=SURE), measuring_sheet(limb)
     (station, *_), frame = found.stations, found.to_frame()
     girth = station.figures["tape_mm"]
     assert girth.sigma is not None

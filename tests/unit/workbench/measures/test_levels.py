@@ -472,8 +472,9 @@ def test_a_level_along_a_row_is_as_sure_where_its_vertices_lie_now_above_now_bel
 
 
 @pytest.mark.parametrize("shape", ["cone", "barrel", "waist"])
+@pytest.mark.parametrize("spacing_mm", [4.5, pytest.param(1.5, marks=pytest.mark.slow)])
 def test_every_level_of_a_shell_has_a_sigma_of_its_vertices_size(
-    make_turned: Callable[..., Mesh], shape: str
+    make_turned: Callable[..., Mesh], shape: str, spacing_mm: float
 ) -> None:
     heights = np.arange(201.0)
     radii = {
@@ -485,7 +486,7 @@ def test_every_level_of_a_shell_has_a_sigma_of_its_vertices_size(
     shell = make_turned(radii, heights, N, squeeze=0.8)
     shell = shell.with_vertices(pose.inverse.apply(pose.apply(shell.vertices_mm)))
     sigmas = Sigmas.of(replace(shell, sigma_mm=np.full(len(shell), 0.15, np.float32)))
-    levels = levels_at(shell, np.arange(3, 197.5, 1.5).tolist())  # on rows and between
+    levels = levels_at(shell, np.arange(3, 197.5, spacing_mm).tolist())  # on rows and between
     for level in levels:
         assert isinstance(level, Level)
         for measure in (tape_mm, contour_mm, ml_mm, ap_mm):

@@ -287,7 +287,7 @@ def test_a_wall_has_no_volume_to_compare_with_the_limb() -> None:
     reduced = Reduction(heights_mm=(0.0, 200.0), per_cent=(3.0, 3.0), of="girth")
     edits = (reduced, Wall(thickness_mm=4.0), PlaneCut(height_mm=100.0))
     recipe = Recipe(name="socket", entries=tuple(Entry(edit=edit) for edit in edits))
-    ledger = replay(recipe, cup(50.0, 200.0)).ledger
+    ledger = replay(recipe, cup(50.0, 200.0, step_mm=5.0)).ledger
     first, wall, cut = ledger.lines
     assert first.volume == ledger.volume
     assert wall.volume is None
@@ -306,7 +306,7 @@ def test_girths_of_a_wall_are_those_of_the_skin_that_touches_the_limb(side: str)
     made = make_edit("wall", {"thickness_mm": 4.0, "side": side}, "wall")
     edits = (made, PlaneCut(height_mm=150.0))
     recipe = Recipe(name="socket", entries=tuple(Entry(edit=edit) for edit in edits))
-    wall, cut = replay(recipe, cup(50.0, 200.0)).ledger.lines
+    wall, cut = replay(recipe, cup(50.0, 200.0, step_mm=5.0)).ledger.lines
     kept = [girth for girth in wall.after.girths_mm if girth is not None]
     assert len(kept) >= 8
     for before, after in zip(wall.before.girths_mm, wall.after.girths_mm, strict=True):
