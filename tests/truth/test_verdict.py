@@ -143,6 +143,7 @@ def test_too_few_photos_are_red_or_refused_and_never_anything_else(
         assert not (case / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_a_tape_contradicts_the_board(folder: Path) -> None:
     """Nothing else does: a larger board makes all larger alike."""
     larger = ("--board", "charuco:7x5:33:24.2:4X4_50")
