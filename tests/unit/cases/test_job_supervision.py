@@ -253,6 +253,7 @@ def test_a_case_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
         Supervision(job, lambda _event: None).wait()
 
 
+@pytest.mark.slow
 def test_the_real_worker_refuses_a_missing_folder(tmp_path: Path) -> None:
     job = Job(case=tmp_path / "case", sources=(tmp_path / "nowhere",))
     with pytest.raises(Exception, match="nowhere does not exist"):

@@ -298,7 +298,7 @@ LEGACY = "as on a board of 8 x 6 squares, legacy pattern (of OpenCV before 4.6);
     ("given", "mirrored", "said"),
     [
         pytest.param("8x6", False, "", marks=pytest.mark.slow, id="legacy print"),
-        pytest.param("6x8", False, f"{LEGACY}6 x 8 was given", id="turned"),
+        pytest.param("6x8", False, f"{LEGACY}6 x 8 was given", marks=pytest.mark.slow, id="turned"),
         pytest.param("9x7", False, f"{LEGACY}9 x 7 was given", marks=pytest.mark.slow, id="other"),
         pytest.param("8x6", True, "mirrored: 4 of them", marks=pytest.mark.slow, id="mirrored"),
     ],

@@ -391,7 +391,7 @@ def test_a_machine_file_that_is_none(tmp_path: Path) -> None:
             read_machine(tmp_path / f"{name}.toml")
 
 
-@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+@pytest.mark.parametrize("dialect", ["linuxcnc", pytest.param("fanuc", marks=pytest.mark.slow)])
 def test_rings_within_a_turn_go_back_to_nothing_and_stay_there(
     tmp_path: Path, limb: Limb, dialect: Literal["linuxcnc", "fanuc"]
 ) -> None:

@@ -151,6 +151,7 @@ def test_an_outward_wall_of_a_ragged_hand_is_nowhere_thinner_than_asked() -> Non
     assert told(made.notes, "edit.wall.thickness").values["thinnest_mm"] > 5.95
 
 
+@pytest.mark.slow
 def test_fingers_too_narrow_for_two_walls_are_solid_and_told() -> None:
     mesh, thickness_mm = hand(), 8.0
     made = do_edit(Limb(mesh=mesh), Wall(thickness_mm=thickness_mm, side="inward"))

@@ -109,7 +109,7 @@ def value_mm(girth: Measure, level: Level) -> float:
     return sloped.value
 
 
-@pytest.mark.parametrize("girth", [contour_mm, tape_mm])
+@pytest.mark.parametrize("girth", [pytest.param(contour_mm, marks=pytest.mark.slow), tape_mm])
 @pytest.mark.parametrize(
     ("true", "seen"),
     [
