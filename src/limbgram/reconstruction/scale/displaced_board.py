@@ -13,6 +13,8 @@ Method  Limb, room and board are three bodies. The first two place the photos (`
         two runs have less than half of their corners in common, the board's known shape, fitted to
         the corners of the larger run, predicts the others: the smaller run is kept only where it
         agrees with these.
+        A board that is pushed does not come back: a photo that contradicts others before and after
+        it shows a limb that swayed, or is placed wrongly.
         A board that is pushed stays in its plane. Where the others agree that it lies in another
         one, the limb was turned over beside it, or photos are placed wrongly.
 Limits  A push by less than the residuals of a still board, and a board that moves in every photo,
@@ -65,25 +67,41 @@ def without_displaced_board(scene: Scene, detections: BoardDetections) -> BoardD
     aside = [one.photo.name for one, agrees in zip(seen, kept.agree, strict=True) if not agrees]
     if len(aside) < _FEWEST_ASIDE:
         return detections
+    tipped = _tipped(seen, kept.agree, detections.corners_mm)
+    within = kept.agree if tipped else _with_those_between(kept.agree)
     pushes = tuple(
         note("board.push", before=seen[k - 1].photo.name, after=seen[k].photo.name)
         for k in range(1, len(seen))
-        if kept.agree[k] != kept.agree[k - 1]
+        if within[k] != within[k - 1]
     )
+    others = len(seen) - len(aside)
     reason = doubt(
         "board.photo.tipped"
-        if _tipped(seen, kept.agree, detections.corners_mm)
+        if tipped
         else "board.photo.pushed"
         if kept.sure
         else "board.photo.perhaps_pushed",
-        others=len(seen) - len(aside),
+        others=others,
         pushes=pushes,
+    )
+    came_back = doubt("board.photo.came_back", others=others)
+    set_aside = (
+        SetAside(one.photo.name, came_back if is_within else reason)
+        for one, agrees, is_within in zip(seen, kept.agree, within, strict=True)
+        if not agrees
     )
     return replace(
         detections,
         photos=tuple(one for one in detections.photos if one.name not in aside),
-        set_aside=(*detections.set_aside, *(SetAside(name, reason) for name in aside)),
+        set_aside=(*detections.set_aside, *set_aside),
     )
+
+
+def _with_those_between(agree: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """Also the photos that were taken between some that agree."""
+    first, last = np.flatnonzero(agree)[[0, -1]]
+    photos = np.arange(len(agree))
+    return (first <= photos) & (photos <= last)
 
 
 def tipped_photos(set_aside: Sequence[SetAside]) -> list[Finding]:

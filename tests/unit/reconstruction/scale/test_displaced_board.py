@@ -98,6 +98,20 @@ def test_a_board_that_kept_still_is_left_as_it_is(capture: Capture, seed: int) -
         assert without_displaced_board(capture.scene, found) is found
 
 
+def test_a_board_that_came_back_was_not_pushed(capture: Capture) -> None:
+    """Two photos among others that agree, and two at the end that a push moved."""
+    still = capture.detections(noise_px=NOISE_PX)
+    photos = list(still.photos)
+    for k, shift_mm in ((5, 8.0), (7, 7.0), (10, 8.0), (11, 8.0)):
+        photos[k] = pushed(capture, {k: shift_mm}).photos[k]
+    agreeing = without_displaced_board(capture.scene, replace(still, photos=tuple(photos)))
+    codes = {one.name: one.reason.code for one in agreeing.set_aside}
+    back = {f"photo{k:02d}.jpg": "board.photo.came_back" for k in (5, 7)}
+    assert codes == back | {f"photo{k:02d}.jpg": "board.photo.pushed" for k in (10, 11)}
+    (reason,) = {told(one.reason) for one in agreeing.set_aside if one.name == "photo11.jpg"}
+    assert reason.endswith("it was pushed between photo09.jpg and photo10.jpg")
+
+
 def test_a_board_that_moves_in_every_photo_is_refused_as_before(capture: Capture) -> None:
     restless = pushed(capture, {k: 7.0 * (-1) ** k * (1 + k % 5) for k in range(12)})
     assert without_displaced_board(capture.scene, restless) is restless
