@@ -85,7 +85,7 @@ def page(result: dict[str, Any]) -> str:
         found = [one for one in asked if outcome(one[1], one[2]) in listed]
         parts.append(f"{title}: {len(found)} answers of {len(asked)}.")
         parts.append("\n".join(_line(*one) for one in found))
-    silent = silent_with_surface(result)
+    silent = _silent_with_surface(result)
     lies = [one for one in silent if _stated_too_little(one[1])]
     parts.append(
         f"Faults silent in reconstruct, true error beyond the stated one: {len(lies)} of "
@@ -113,7 +113,7 @@ def by_fault(result: dict[str, Any]) -> str:
     of_faults = [outcome(*one) for one in answers if _is_fault(one[0])]
     of_sound = [outcome(*one) for one in answers if not _is_fault(one[0])]
     wrong = sum("another cause" in one for one in of_faults)
-    silent = silent_with_surface(result)
+    silent = _silent_with_surface(result)
     lies = sum(_stated_too_little(one) for _, one in silent)
     return "\n\n".join(
         (
@@ -126,7 +126,7 @@ def by_fault(result: dict[str, Any]) -> str:
     )
 
 
-def silent_with_surface(result: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+def _silent_with_surface(result: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     """Names and rows of faults that `reconstruct` does not tell and whose surface was made."""
     return [
         (name, one)

@@ -197,8 +197,8 @@ def local_errors(
         system = sp.csr_matrix(equations.texture_hessian + plate)
         probes = solve_all(system, probe_right_sides(mesh, observed, equations))
     squares = [probe**2 for probe in probes]
-    noise = _noise_energy(squares, equations, pool, noise_level, NOISE_RINGS)
-    noise *= _sparse_paint_factor(equations, pool, painted)
+    correlation = _error_correlation(pool, painted)
+    noise = _noise_energy(squares, equations, pool, noise_level, NOISE_RINGS, correlation)
     noise *= 1 - start_error_left  # photos displace a vertex as far as they correct it
     unseen = _unseen_relief(kriging, reference, thin_plate, equations, painted)
     probe_energy = error_factor * np.mean(np.square(reference.probes), axis=0)
@@ -552,9 +552,10 @@ def _noise_energy(
     pool: Pool,
     noise_level: Float64[np.ndarray, " n"],
     rings: int,
+    correlation: float | Float64[np.ndarray, " n"] = ERROR_CORRELATION,
 ) -> Float64[np.ndarray, " n"]:
     """Energy of the photos' errors, correlated ones included."""
-    error_factor = error_over_disagreement(equations.photo_count)
+    error_factor = error_over_disagreement(equations.photo_count, correlation)
     return (
         error_factor
         * noise_level
@@ -562,18 +563,11 @@ def _noise_energy(
     )
 
 
-def _sparse_paint_factor(
-    equations: JointEquations, pool: Pool, painted: Pool
-) -> Float64[np.ndarray, " n"]:
-    """Energy of the photos' errors over that in even paint, by the painted share around.
-
-    Errors in dabs exceed the disagreement by more (`DAB_ERROR_CORRELATION`).
-    """
+def _error_correlation(pool: Pool, painted: Pool) -> Float64[np.ndarray, " n"]:
+    """Effective correlation of the photos' errors: the less is painted around, the larger."""
     around = np.maximum(pool.counted_shares[WIDE_RINGS], np.finfo(float).tiny)
     bare = 1 - np.clip(painted.counted_shares[WIDE_RINGS] / around, 0.0, 1.0)
-    correlation = ERROR_CORRELATION + (DAB_ERROR_CORRELATION - ERROR_CORRELATION) * bare
-    count = equations.photo_count
-    return error_over_disagreement(count, correlation) / error_over_disagreement(count)
+    return ERROR_CORRELATION + (DAB_ERROR_CORRELATION - ERROR_CORRELATION) * bare
 
 
 def _chordal_deviation_mm(observed: ObservedSurface, pool: Pool) -> Float64[np.ndarray, " n"]:
