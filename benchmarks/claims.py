@@ -270,6 +270,42 @@ def landmarks() -> str:
     return by_kind(result("landmarks")) + "\n\n" + _measured_on(("landmarks",))
 
 
+def angles() -> str:
+    """How far angles are off where landmarks are placed with an error, of feet and of the trunk."""
+    cases = result("device_photos")["cases"]
+    feet = [one for name, one in cases.items() if name.startswith("foot")]
+    trunks = [one for name, one in cases.items() if name.startswith("trunk")]
+    heads = ("angle", "off (RMS), marks off by 0.5 mm", "by 2 mm", "± held, in draws",
+             "most sensitive to")  # fmt: skip
+    rows = [
+        (name.removesuffix("_deg").replace("_", " "), *_angle_cells(bodies, name))
+        for bodies in (feet, trunks)
+        for name in bodies[0]["angles"]["0.5 mm"]
+    ]
+    return table(heads, rows) + "\n\n" + _measured_on(("device_photos",))
+
+
+def _angle_cells(bodies: Sequence[Json], name: str) -> Sequence[str]:
+    """Of one angle: errors of the bodies, how often its interval held, its worst landmark."""
+    drawn = [marks[name] for one in bodies for marks in one["angles"].values()]
+    slopes = [(slope, mark) for one in bodies for mark, slope in one["by_landmark"][name].items()]
+    slope, mark = max(slopes)
+    return (
+        *(
+            _range([one["angles"][by][name]["rms_deg"] for one in bodies]) + " degrees"
+            for by in ("0.5 mm", "2 mm")
+        ),
+        f"{sum(round(one['held'] * one['draws']) for one in drawn)} of "
+        f"{sum(one['draws'] for one in drawn)}",
+        f"{mark}, {slope:.1f} degrees a millimetre",
+    )
+
+
+def _range(values: Sequence[float]) -> str:
+    told = dict.fromkeys(f"{one:.1f}" for one in sorted(values))
+    return " to ".join([min(told, key=float), *list(told)[1:][-1:]])
+
+
 def explained_faults() -> str:
     """What is told of each fault at each strength."""
     return by_fault(result("explanations"))
@@ -299,6 +335,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "real": real,
     "landmarks": landmarks,
     "explained-faults": explained_faults,
+    "angles": angles,
 }
 
 if __name__ == "__main__":

@@ -59,6 +59,15 @@ _FINEST_PX = 1.1
 """As for dabs: edges of its spots read as 0 px where a board's are 0.8 to 0.9 px wide, and as 0.3
 px where they are 1.1 px."""
 _NARROWEST_PX = 0.4
+_SURE_SHARE = 0.9
+"""Share of the measured surface that must be as sure as asked."""
+_COVERED_SHARE = 0.97
+"""Share of the limb that three photos or more must see squarely, so that one may fail."""
+_MOST_PHOTOS, _FEWEST_A_RING = 48, 8
+_WIDEST_GAP_DEG = 30.0
+"""Between neighbours on the lowest ring, which joins all photos: 12 or more."""
+_ROOM = 1.15
+"""The picture's side over the limb's, so that the limb never leaves it."""
 
 
 class Sock(Enum):
@@ -118,26 +127,6 @@ class PlannedCamera:
             cy=(height_px - 1) / 2,
         )
         return cls(camera=camera, sensor_width_mm=sensor_width_mm, aperture=aperture)
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlanOptions:
-    """Limits that a plan keeps to."""
-
-    share: float = 0.9
-    """Share of the measured surface that must be as sure as asked."""
-    covered: float = 0.97
-    """Share of the limb that three photos or more must see squarely, so that one may fail."""
-    most_photos: int = 48
-    fewest_a_ring: int = 8
-    widest_gap_deg: float = 30.0
-    """Between neighbours on the lowest ring, which joins all photos: 12 or more."""
-    room: float = 1.15
-    """The picture's side over the limb's, so that the limb never leaves it."""
-    sock: Sock = Sock.PAINTED
-
-
-DEFAULTS = PlanOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,7 +241,7 @@ def plan_capture(
     camera: PlannedCamera,
     limb: LimbProxy,
     distance_mm: float | None = None,
-    options: PlanOptions = DEFAULTS,
+    sock: Sock = Sock.PAINTED,
 ) -> CapturePlan:
     """The fewest photos that reach a sigma.
 
@@ -261,7 +250,7 @@ def plan_capture(
     """
     if not 0 < sigma_mm <= 5:
         raise OptionsError("plan.sigma")
-    fits_mm, portrait = _nearest_mm(camera.camera, limb, options)
+    fits_mm, portrait = _nearest_mm(camera.camera, limb)
     given = distance_mm is not None
     distance_mm = fits_mm if distance_mm is None else distance_mm
     if distance_mm < fits_mm:
@@ -275,20 +264,20 @@ def plan_capture(
         )
     held = _in_portrait(camera.camera) if portrait else camera.camera
     best: tuple[float, int] | None = None
-    for stands, rings in _candidates(distance_mm, options):
+    for stands, rings in _candidates(distance_mm):
         sharpness = _best_sharpness(stands, held, camera, limb)
         views = [one.view(held, limb.middle, 0.0) for one in stands]
-        showing = showing_of_sock(len(limb.mesh), len(views), sharpness.blur_px, options.sock)
+        showing = showing_of_sock(len(limb.mesh), len(views), sharpness.blur_px, sock)
         prediction = predict(limb, views, showing)
-        reached_mm = prediction.sigma_reached_mm(limb, options.share)
-        if prediction.share(prediction.squarely >= 3, limb) < options.covered:
+        reached_mm = prediction.sigma_reached_mm(limb, _SURE_SHARE)
+        if prediction.share(prediction.squarely >= 3, limb) < _COVERED_SHARE:
             continue
         if best is None or reached_mm < best[0]:
             best = reached_mm, len(stands)
         if reached_mm <= sigma_mm:
             walk = _PhotoRound(distance_mm, portrait, rings, sharpness, prediction)
-            return _as_plan(sigma_mm, camera, limb, walk, options)
-    raise _unreachable_error(sigma_mm, best, distance_mm, fits_mm, given, camera, options)
+            return _as_plan(sigma_mm, camera, limb, walk)
+    raise _unreachable_error(sigma_mm, best, distance_mm, fits_mm, given, camera)
 
 
 def board_edge_px(camera: PlannedCamera) -> float:
@@ -322,10 +311,10 @@ class _Sharpness:
     defocus_px: float = field(default=0.0)
 
 
-def _nearest_mm(camera: Camera, limb: LimbProxy, options: PlanOptions) -> tuple[float, bool]:
+def _nearest_mm(camera: Camera, limb: LimbProxy) -> tuple[float, bool]:
     """The nearest distance at which the limb fits, and whether upright pictures do it."""
-    long_mm = options.room * limb.length + limb.radius
-    wide_mm = options.room * 2 * limb.radius
+    long_mm = _ROOM * limb.length + limb.radius
+    wide_mm = _ROOM * 2 * limb.radius
     sides = camera.width_px / camera.fx, camera.height_px / camera.fy
     level = max(wide_mm / sides[0], long_mm / sides[1]) + limb.radius
     upright = max(wide_mm / sides[1], long_mm / sides[0]) + limb.radius
@@ -349,16 +338,16 @@ def _in_portrait(camera: Camera) -> Camera:
 
 
 def _candidates(
-    distance_mm: float, options: PlanOptions
+    distance_mm: float,
 ) -> list[tuple[list[Stand], tuple[PlannedRing, ...]]]:
     """Rings of photos, fewest photos first, then fewest rings."""
-    least = math.ceil(360 / options.widest_gap_deg)
+    least = math.ceil(360 / _WIDEST_GAP_DEG)
     found: list[tuple[list[Stand], tuple[PlannedRing, ...]]] = []
-    for total in range(least, options.most_photos + 1):
+    for total in range(least, _MOST_PHOTOS + 1):
         for heights_deg, shares in zip(_RINGS_DEG, _SHARES):
             counts = [round(share * total) for share in shares]
             counts[0] += total - sum(counts)
-            if counts[0] < least or min(counts) < min(options.fewest_a_ring, counts[0]):
+            if counts[0] < least or min(counts) < min(_FEWEST_A_RING, counts[0]):
                 continue
             rings = tuple(
                 _ring(count, height_deg, number, distance_mm)
@@ -450,7 +439,7 @@ class _PhotoRound:
 
 
 def _as_plan(
-    asked_mm: float, camera: PlannedCamera, limb: LimbProxy, walk: _PhotoRound, options: PlanOptions
+    asked_mm: float, camera: PlannedCamera, limb: LimbProxy, walk: _PhotoRound
 ) -> CapturePlan:
     sharpness, prediction = walk.sharpness, walk.prediction
     pixel_mm = walk.distance_mm / camera.camera.fx
@@ -471,7 +460,7 @@ def _as_plan(
         depth_mm=sharpness.depth_mm,
         blur_px=sharpness.blur_px,
         paint_mm=SPECKLE_PX * pixel_mm,
-        sigma_mm=prediction.sigma_reached_mm(limb, options.share),
+        sigma_mm=prediction.sigma_reached_mm(limb, _SURE_SHARE),
         sigma_middle_mm=prediction.middle_sigma_mm(limb),
         coverage=coverage_from_prediction(limb, prediction, in_mm=True),
         notes=tuple(notes),
@@ -485,15 +474,14 @@ def _unreachable_error(
     fits_mm: float,
     given: bool,
     camera: PlannedCamera,
-    options: PlanOptions,
 ) -> PlanError:
     """A refusal that says why a sigma cannot be reached, and what would reach it."""
     if best is None:
         return PlanError(
             "plan.uncovered",
-            photos=options.most_photos,
+            photos=_MOST_PHOTOS,
             distance_mm=distance_mm,
-            share=options.covered,
+            share=_COVERED_SHARE,
         )
     reached_mm, photos = best
     nearer_mm = distance_mm * (asked_mm / reached_mm) ** (1 / (1 + FINE_POWER))

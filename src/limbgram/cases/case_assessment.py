@@ -50,7 +50,7 @@ from limbgram.report.accuracy.truth import FEWEST_CAMERAS, Alignment, KnownTruth
 from limbgram.report.alignment import Truth
 from limbgram.report.pdf import pdf_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource
-from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
+from limbgram.workbench.marks.finding import PaintedMarks, find_painted_marks
 from limbgram.workbench.marks.stickers import PlacedStickers, find_stickers
 
 T = TypeVar("T")
@@ -276,8 +276,13 @@ _ALIKE_SHARE = 0.95
 _THICKEST_SOCK_MM = 8.0
 
 
-def painted_marks_of(case: CaseFolder, shape: Mesh, options: PaintedOptions) -> PaintedMarks:
+def painted_marks_of(
+    case: CaseFolder, shape: Mesh, colour: tuple[int, int, int] | None
+) -> PaintedMarks:
     """The marks that a case's photos show, in the frame of a shape made from this case.
+
+    Args:
+        colour: sRGB of the marks; None: any colour that the rest of the paint does not have.
 
     Raises:
         CaseError: it is no finished case, or its products or photos are not what they were.
@@ -288,7 +293,7 @@ def painted_marks_of(case: CaseFolder, shape: Mesh, options: PaintedOptions) -> 
     scene = kept.metric.scene
     photos = [kept.photos.photos[idx] for idx in scene.placed]
     require_unaltered(photos)
-    return find_painted_marks(photos, scene.views, kept.mesh, options)
+    return find_painted_marks(photos, scene.views, kept.mesh, colour)
 
 
 def stickers_of(case: CaseFolder, shape: Mesh) -> PlacedStickers:

@@ -125,9 +125,8 @@ def _on_shape(limb: Limb, colour: tuple[int, int, int] | None) -> Seen:
 def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> Seen:
     from limbgram.cases.case_assessment import painted_marks_of
     from limbgram.cases.folder import CaseFolder
-    from limbgram.workbench.marks.finding import PaintedOptions
 
-    found = painted_marks_of(CaseFolder(case), limb.mesh, PaintedOptions(colour=colour))
+    found = painted_marks_of(CaseFolder(case), limb.mesh, colour)
     sure = [Interval.of_sigma(mark.sigma_mm) for mark in found.marks]
     lines = [
         f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "

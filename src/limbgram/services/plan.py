@@ -13,7 +13,6 @@ from limbgram.capture.plan import (
     CapturePlan,
     LimbForm,
     PlannedCamera,
-    PlanOptions,
     Sock,
     form_of,
     plain_limb,
@@ -50,7 +49,7 @@ class PlanRequest:
     """Size of a photo, such as 6000x4000, if no --camera."""
     aperture: float | None = None
     """F-number, where it cannot be chosen, as in a phone."""
-    sock: Sock = PlanOptions.sock
+    sock: Sock = Sock.PAINTED
     """Painted by hand, or printed with the pattern of `print sock`."""
 
     def with_camera(self) -> PlannedCamera:
@@ -97,5 +96,4 @@ def plan(ask: PlanRequest) -> CapturePlan:
         OptionsError: camera or limb are told twice, or by half.
         PlanError: the limb does not fit into the picture, or no number of photos reaches the sigma.
     """
-    options = PlanOptions(sock=ask.sock)
-    return plan_capture(ask.sigma_mm, ask.with_camera(), ask.of_limb(), ask.distance_mm, options)
+    return plan_capture(ask.sigma_mm, ask.with_camera(), ask.of_limb(), ask.distance_mm, ask.sock)

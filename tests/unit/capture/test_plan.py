@@ -16,7 +16,6 @@ from limbgram.capture.camera_positions import Stand
 from limbgram.capture.plan import (
     LimbForm,
     PlannedCamera,
-    PlanOptions,
     Sock,
     form_of,
     plain_limb,
@@ -103,9 +102,7 @@ def test_a_camera_whose_board_photos_were_less_sharp_is_planned_to_be_less_sure(
 
 
 def test_a_printed_sock_shows_more_than_a_painted_one() -> None:
-    painted, printed = (
-        plan_capture(0.5, CAMERA, LEG, 900.0, PlanOptions(sock=sock)) for sock in Sock
-    )
+    painted, printed = (plan_capture(0.5, CAMERA, LEG, 900.0, sock) for sock in Sock)
     assert 0.7 < printed.sigma_mm / painted.sigma_mm < 0.95
 
 

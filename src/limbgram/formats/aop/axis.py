@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.errors import CarveError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.carving.mapping import MapOptions
+from limbgram.workbench.carving.mapping import MOST_LOST_MM, MOST_MENDED, MapOptions
 from limbgram.workbench.carving.radial_rays import axis_heights_mm, cast_radii
 
 _SPOKES, _SLICES, _BANDS = 48, 40, 24
@@ -54,7 +54,7 @@ def fitted_axis(mesh: Mesh, options: MapOptions) -> Rigid:
         found = minimize(cost, start / sizes, method="Nelder-Mead", options=ends)
         if float(found.fun) < least:
             best, least = np.asarray(found.x, np.float64), float(found.fun)
-        if least < options.most_mended:
+        if least < MOST_MENDED:
             break
     line: Line = best * sizes
     if np.hypot(line[0], line[1]) > _STEEPEST_RAD:
@@ -114,5 +114,5 @@ def _cost(mesh: Mesh, motion: Rigid, options: MapOptions) -> float:
     bad = float((cast.crossings != 1).mean())
     reach = cast.outermost_mm
     off = np.abs(reach - np.roll(reach, _SPOKES // 2, axis=1)).mean() / max(reach.mean(), 1e-9)
-    lost = max(0.0, first - bottom) / options.most_lost_mm if options.from_mm is None else 0.0
+    lost = max(0.0, first - bottom) / MOST_LOST_MM if options.from_mm is None else 0.0
     return bad + _LOST_WEIGHT * lost + _OFF_WEIGHT * float(off)

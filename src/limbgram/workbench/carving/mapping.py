@@ -23,6 +23,10 @@ _STEP_MM = 0.001
 _SPOKES, _MOST_DISTAL, _SPACINGS_MM = (3, 3600), 100, (0.05, 50.0)
 """What a map may have."""
 _FINE_STEPS = 101
+MOST_MENDED = 0.01
+"""Share of the rays that may miss or cross several times; they take their neighbours' radii."""
+MOST_LOST_MM = 10.0
+"""Surface below the first slice that may be left out unasked."""
 _AT_ONCE = 25
 """Heights cast together: the one sought is mostly among the first."""
 
@@ -40,10 +44,6 @@ class MapOptions:
     """Height of the first slice in the limb frame; None: where the axis pierces the distal end."""
     to_mm: float | None = None
     """Height of the last; None: the highest that goes all round."""
-    most_mended: float = 0.01
-    """Part of the rays that may miss or cross several times; they take their neighbours' radii."""
-    most_lost_mm: float = 10.0
-    """Surface below the first slice that may be left out unasked."""
 
 
 DEFAULTS = MapOptions()
@@ -106,7 +106,7 @@ def _map_at(
     if pointed and options.from_mm is None:
         radii[0] = 0.0
     bad = np.isnan(radii)
-    _refuse_if_many_bad(cast, bad, first_mm + rises, options)
+    _refuse_if_many_bad(cast, bad, first_mm + rises)
     return MappedSurface(
         radius_map=RadiusMap(
             thetas_deg=thetas, z_mm=rises, radii_mm=_with_rays_interpolated(radii, bad)
@@ -169,7 +169,7 @@ def _first_slice_mm(mesh: Mesh, thetas: np.ndarray, options: MapOptions) -> floa
         first_mm = float(pierced[0])
     else:
         first_mm = _height_with_all_rays(mesh, thetas, low_mm, high_mm, options)
-    if first_mm - low_mm > options.most_lost_mm:
+    if first_mm - low_mm > MOST_LOST_MM:
         raise CarveError("carve.map.tip_lost", lost_mm=first_mm - low_mm)
     return first_mm
 
@@ -216,7 +216,7 @@ def _first_height_with_all_rays(mesh: Mesh, thetas: np.ndarray, tried_mm: np.nda
 def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: MapOptions) -> None:
     """Refuse to end the map where a bent limb leaves its axis, rather than at a brim."""
     high_mm = float(mesh.vertices_mm[:, 2].max())
-    if high_mm - last_mm <= options.most_lost_mm:
+    if high_mm - last_mm <= MOST_LOST_MM:
         return
     above = np.arange(last_mm + options.spacing_mm, high_mm, options.spacing_mm)
     crossings = cast_radii(mesh, thetas, above).crossings
@@ -240,9 +240,9 @@ def _slice_heights_mm(height_mm: float, options: MapOptions) -> Float64[np.ndarr
 
 
 def _refuse_if_many_bad(
-    cast: RadialCast, bad: Bool[np.ndarray, "m n"], heights_mm: np.ndarray, options: MapOptions
+    cast: RadialCast, bad: Bool[np.ndarray, "m n"], heights_mm: np.ndarray
 ) -> None:
-    if bad.mean() <= options.most_mended and bad.mean(1).max() <= 0.5:
+    if bad.mean() <= MOST_MENDED and bad.mean(1).max() <= 0.5:
         return
     rows = heights_mm[bad.any(1)]
     missed = int((bad & (cast.crossings == 0)).sum())

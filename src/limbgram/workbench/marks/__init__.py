@@ -3,8 +3,7 @@
 from limbgram.workbench.marks.finding import (
     PaintedMark,
     PaintedMarks,
-    PaintedOptions,
     find_painted_marks,
 )
 
-__all__ = ["PaintedMark", "PaintedMarks", "PaintedOptions", "find_painted_marks"]
+__all__ = ["PaintedMark", "PaintedMarks", "find_painted_marks"]

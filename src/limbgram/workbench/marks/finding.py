@@ -4,7 +4,7 @@ In      photos with their views, and the surface they show, in one frame.
 Out     PaintedMarks: places on the surface where several photos agree, the plainest colour first,
         and what was seen but not offered, with the reason.
 Method  round spots of one hue in every photo, their middles measured on the surface; spots of
-        several photos that lie within `agreement_mm` are one mark. Without a given colour a hue
+        several photos that lie within 2 mm are one mark. Without a given colour a hue
         counts only if it is unlike the paint: most of what has it lies in such marks.
 Fails   OptionsError: the given colour is grey.
 """
@@ -32,7 +32,7 @@ from limbgram.workbench.marks.pixels import (
     coloured_pixels_by_photo,
     hue_and_saturation,
 )
-from limbgram.workbench.marks.spots import RoundRule, Spots, hues_of, spots_of
+from limbgram.workbench.marks.spots import SAME_HUE_RAD, Spots, hues_of, spots_of
 
 _AGREEMENT_MM = 2.0
 """Photos that see one mark put it this close to its place."""
@@ -42,27 +42,11 @@ _PLAINEST_SHARE = 0.6
 """So much of what has a hue must lie in marks, for the hue to be unlike the paint."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class PaintedOptions:
-    """What counts as a painted mark."""
-
-    colour: tuple[int, int, int] | None = None
-    """sRGB of the marks; None: any colour that the rest of the paint does not have."""
-    least_photos: int = 3
-    least_share: float = 0.5
-    """Of the photos that look at the place squarely, so many must show the mark."""
-    smallest_mm: float = 4.0
-    largest_mm: float = 30.0
-    roundest_stretch: float = 1.6
-    """Largest reach from the middle, as a multiple of the radius of a circle of the same area."""
-    same_hue_deg: float = 20.0
-    least_vivid: float = 0.85
-    """The same share for a mark as a whole."""
-    pixel_mm: float = 0.5
-    """Photos are halved as long as their pixels stay finer than this on the surface."""
-
-
-DEFAULTS = PaintedOptions()
+_LEAST_PHOTOS = 3
+_LEAST_SHARE = 0.5
+"""Of the photos that look at the place squarely, so many must show the mark."""
+_PIXEL_MM = 0.5
+"""Photos are halved as long as their pixels stay finer than this on the surface."""
 _SQUARE_COSINE = 0.64
 _SLACK_MM = 2.0
 _MEDIAN = np.pi / 2
@@ -114,38 +98,32 @@ def find_painted_marks(
     photos: Sequence[Photo],
     views: Sequence[View],
     mesh: Mesh,
-    options: PaintedOptions = DEFAULTS,
+    colour: tuple[int, int, int] | None,
 ) -> PaintedMarks:
     """Marks of one plain colour, as several photos see them.
+
+    Args:
+        colour: sRGB of the marks; None: any colour that the rest of the paint does not have.
 
     Raises:
         OptionsError: the given colour has no hue.
     """
-    same_rad = float(np.radians(options.same_hue_deg))
-    given = None if options.colour is None else _hue_of(options.colour, _LEAST_SATURATION)
+    given = None if colour is None else _hue_of(colour)
     caster = SurfaceRays(mesh)
-    pixels = coloured_pixels_by_photo(
-        photos, views, mesh, caster, options.pixel_mm, _LEAST_SATURATION
-    )
-    hues = hues_of(pixels, same_rad)
+    pixels = coloured_pixels_by_photo(photos, views, mesh, caster, _PIXEL_MM, _LEAST_SATURATION)
+    hues = hues_of(pixels)
     if given is not None:
-        hues = _given_first(hues, given, same_rad)
-    rule = RoundRule(
-        smallest_mm=options.smallest_mm,
-        largest_mm=options.largest_mm,
-        roundest_stretch=options.roundest_stretch,
-        least_vivid=options.least_vivid,
-    )
+        hues = _given_first(hues, given)
     tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
     offered: list[tuple[float, PaintedMarks]] = []
     shared = 0.0
     looked_for = len(hues) if given is None else 1
-    for found in spots_of(pixels, hues, looked_for, same_rad, rule):
+    for found in spots_of(pixels, hues, looked_for):
         plainness = found.inside_mm2 / found.total_mm2 if found.total_mm2 else 0.0
         if given is None and plainness < _PLAINEST_SHARE:
             continue
         shared = 1 - plainness if given is not None and found.total_mm2 else 0.0
-        seen = _agreed_places(found.spots, views, caster, tree, options)
+        seen = _agreed_places(found.spots, views, caster, tree)
         if seen.marks or given is not None:
             offered.append((plainness, seen))
     offered.sort(key=lambda one: -one[0])
@@ -156,20 +134,20 @@ def find_painted_marks(
     )
 
 
-def _hue_of(colour: tuple[int, int, int], least_saturation: float) -> float:
+def _hue_of(colour: tuple[int, int, int]) -> float:
     hue, saturation = hue_and_saturation(np.array([colour], np.uint8))
-    if float(saturation[0]) < least_saturation:
+    if float(saturation[0]) < _LEAST_SATURATION:
         raise OptionsError("landmark.marks.grey", colour=colour)
     return float(hue[0])
 
 
-def _given_first(hues: np.ndarray, given: float, same_rad: float) -> np.ndarray:
+def _given_first(hues: np.ndarray, given: float) -> np.ndarray:
     """The hue in the photos that is nearest to the given one, then the others."""
     if len(hues):
         nearest = float(hues[np.abs(turn_rad(hues, given)).argmin()])
-        if abs(turn_rad(nearest, given)) < same_rad:
+        if abs(turn_rad(nearest, given)) < SAME_HUE_RAD:
             given = nearest
-    return np.array([given, *(hue for hue in hues if abs(turn_rad(hue, given)) >= same_rad)])
+    return np.array([given, *(hue for hue in hues if abs(turn_rad(hue, given)) >= SAME_HUE_RAD)])
 
 
 def _agreed_places(
@@ -177,12 +155,11 @@ def _agreed_places(
     views: Sequence[View],
     caster: SurfaceRays,
     tree: TriangleTree,
-    options: PaintedOptions,
 ) -> PaintedMarks:
     """Places where the spots of several photos agree, the highest first."""
     marks: list[PaintedMark] = []
     left_out: list[LeftOut] = []
-    for rows in _spot_groups(spots, _AGREEMENT_MM):
+    for rows in _spot_groups(spots):
         place = np.median(spots.middles_mm[rows], axis=0)
         place = tree.closest(place[None]).points_mm[0]
         colour = np.median(spots.colours[rows], axis=0).astype(np.uint8)
@@ -190,7 +167,7 @@ def _agreed_places(
             k in spots.photo_idx[rows] or caster.sees(view, place, _SQUARE_COSINE, _SLACK_MM)
             for k, view in enumerate(views)
         )
-        reason = _refusal_reason(len(rows), looking, options)
+        reason = _refusal_reason(len(rows), looking)
         if reason is not None:
             left_out.append(LeftOut(position_mm=place, colour=colour, reason=reason))
             continue
@@ -222,12 +199,12 @@ def sigma_of_median_mm(
     return float(np.hypot(of_median, shared))
 
 
-def _spot_groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " k"]]:
+def _spot_groups(spots: Spots) -> list[Int64[np.ndarray, " k"]]:
     """Spots that lie together, each photo once: the spot nearest to the middle of all."""
     count = len(spots.middles_mm)
     if count == 0:
         return []
-    pairs = KDTree(spots.middles_mm).query_pairs(agreement_mm, output_type="ndarray")
+    pairs = KDTree(spots.middles_mm).query_pairs(_AGREEMENT_MM, output_type="ndarray")
     pairs = pairs[spots.photo_idx[pairs[:, 0]] != spots.photo_idx[pairs[:, 1]]]
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     labels = connected_components(graph, directed=False)[1]
@@ -237,7 +214,7 @@ def _spot_groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " 
         away = _distances_from_median(spots.middles_mm[rows])
         rows = rows[np.argsort(away, kind="stable")]
         rows = rows[np.sort(np.unique(spots.photo_idx[rows], return_index=True)[1])]
-        rows = rows[_distances_from_median(spots.middles_mm[rows]) <= agreement_mm]
+        rows = rows[_distances_from_median(spots.middles_mm[rows]) <= _AGREEMENT_MM]
         if len(rows):
             groups.append(np.sort(rows))
     return groups
@@ -255,12 +232,10 @@ def _beside(one: LeftOut, marks: Sequence[PaintedMark]) -> bool:
     )
 
 
-def _refusal_reason(showing: int, looking: int, options: PaintedOptions) -> Finding | None:
+def _refusal_reason(showing: int, looking: int) -> Finding | None:
     """Why a group is no mark; None if it is one."""
-    if showing < options.least_photos:
-        return note(
-            "landmark.spot.few", showing=showing, looking=looking, least=options.least_photos
-        )
-    if showing < options.least_share * looking:
+    if showing < _LEAST_PHOTOS:
+        return note("landmark.spot.few", showing=showing, looking=looking, least=_LEAST_PHOTOS)
+    if showing < _LEAST_SHARE * looking:
         return note("landmark.spot.minority", showing=showing, looking=looking)
     return None

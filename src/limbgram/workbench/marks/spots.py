@@ -25,6 +25,13 @@ _LEAST_SHARE = 5e-4
 _FAINTEST = 0.5
 """Pixels of less than this share of their hue's usual saturation are its washed-out edge."""
 _FEWEST_PX = 9
+_SMALLEST_MM, _LARGEST_MM = 4.0, 30.0
+_ROUNDEST_STRETCH = 1.6
+"""Largest reach from the middle, as a multiple of the radius of a circle of the same area."""
+_LEAST_VIVID = 0.85
+"""Mean saturation: what is mixed of several paints is less vivid than one plain colour."""
+SAME_HUE_RAD = float(np.radians(20))
+"""Hues closer than this are one."""
 _OWN_HUE = 0.5
 """Pixels further than this share of the tolerance from their patch's mean hue are not of it."""
 
@@ -53,19 +60,8 @@ class HueSpots:
     """Area of all patches."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class RoundRule:
-    """Limits of roundness and size of a spot."""
-
-    smallest_mm: float
-    largest_mm: float
-    roundest_stretch: float
-    least_vivid: float
-    """Mean saturation: what is mixed of several paints is less vivid than one plain colour."""
-
-
-def hues_of(pixels: Sequence[ColouredPixels], same_rad: float) -> Float64[np.ndarray, " k"]:
-    """Hues that stand out in the photos, each at least `same_rad` from the next stronger one."""
+def hues_of(pixels: Sequence[ColouredPixels]) -> Float64[np.ndarray, " k"]:
+    """Hues that stand out in the photos, none like a stronger one."""
     area = np.zeros(_BINS)
     for one in pixels:
         bins = ((one.hue_rad / (2 * np.pi)) % 1.0 * _BINS).astype(np.int64) % _BINS
@@ -77,7 +73,7 @@ def hues_of(pixels: Sequence[ColouredPixels], same_rad: float) -> Float64[np.nda
     hues: list[float] = []
     for peak in peaks[np.argsort(-area[peaks], kind="stable")]:
         hue = (peak + 0.5) / _BINS * 2 * np.pi
-        if all(abs(turn_rad(hue, known)) >= same_rad for known in hues):
+        if all(abs(turn_rad(hue, known)) >= SAME_HUE_RAD for known in hues):
             hues.append(hue)
     return np.array(hues)
 
@@ -86,15 +82,13 @@ def spots_of(
     pixels: Iterable[ColouredPixels],
     hues: Float64[np.ndarray, " k"],
     looked_for: int,
-    same_rad: float,
-    rule: RoundRule,
 ) -> list[HueSpots]:
     """Round patches of each of the first `looked_for` hues in all photos."""
     parts: list[list[HueSpots]] = [[] for _ in range(looked_for)]
     for photo_idx, one in enumerate(pixels):
-        nearest = _nearest_hue(one.hue_rad, hues, same_rad)
+        nearest = _nearest_hue(one.hue_rad, hues)
         for hue_idx, of_hue in enumerate(parts):
-            seen = _spots_in_photo(one, nearest == hue_idx, photo_idx, same_rad, rule)
+            seen = _spots_in_photo(one, nearest == hue_idx, photo_idx)
             of_hue += [] if seen is None else [seen]
     return [
         HueSpots(
@@ -107,11 +101,11 @@ def spots_of(
 
 
 def _nearest_hue(
-    hue_rad: Float32[np.ndarray, " n"], hues: Float64[np.ndarray, " k"], same_rad: float
+    hue_rad: Float32[np.ndarray, " n"], hues: Float64[np.ndarray, " k"]
 ) -> Int64[np.ndarray, " n"]:
     """Index of the hue that each pixel is nearest to; -1 where none is near."""
     nearest = np.full(len(hue_rad), -1)
-    least = np.full(len(hue_rad), same_rad)
+    least = np.full(len(hue_rad), SAME_HUE_RAD)
     for idx, hue in enumerate(hues.tolist()):
         turn = np.abs(turn_rad(hue_rad, hue))
         nearest[turn < least] = idx
@@ -123,8 +117,6 @@ def _spots_in_photo(
     one: ColouredPixels,
     own: Bool[np.ndarray, " n"],
     photo_idx: int,
-    same_rad: float,
-    rule: RoundRule,
 ) -> HueSpots | None:
     """Patches of a hue's own pixels in one photo; None where nothing is left of them."""
     if own.sum() < _FEWEST_PX:
@@ -133,10 +125,10 @@ def _spots_in_photo(
     rows = np.flatnonzero(own & (one.saturation >= _FAINTEST * usual))
     labels = _labels(one, rows)
     rows, labels = rows[labels > 0], labels[labels > 0] - 1
-    plain = _near_own_hue(one.hue_rad[rows], labels, _OWN_HUE * same_rad)
+    plain = _near_own_hue(one.hue_rad[rows], labels, _OWN_HUE * SAME_HUE_RAD)
     if not plain.any():
         return None
-    return _measured_spots(one, rows[plain], labels[plain], photo_idx, rule)
+    return _measured_spots(one, rows[plain], labels[plain], photo_idx)
 
 
 def _labels(one: ColouredPixels, rows: Int64[np.ndarray, " k"]) -> Int64[np.ndarray, " k"]:
@@ -162,7 +154,6 @@ def _measured_spots(
     rows: Int64[np.ndarray, " k"],
     labels: Int64[np.ndarray, " k"],
     photo_idx: int,
-    rule: RoundRule,
 ) -> HueSpots:
     """The round patches among labelled pixels."""
     count = int(labels.max()) + 1
@@ -177,9 +168,9 @@ def _measured_spots(
     diameters = np.sqrt(4 * areas / np.pi)
     vivid = np.bincount(labels, weights * one.saturation[rows], count) / np.maximum(areas, 1e-30)
     pixels = np.bincount(labels, minlength=count)
-    passing = (diameters >= rule.smallest_mm) & (diameters <= rule.largest_mm)
-    passing &= (reach <= rule.roundest_stretch * diameters / 2) & (pixels >= _FEWEST_PX)
-    passing &= vivid >= rule.least_vivid
+    passing = (diameters >= _SMALLEST_MM) & (diameters <= _LARGEST_MM)
+    passing &= (reach <= _ROUNDEST_STRETCH * diameters / 2) & (pixels >= _FEWEST_PX)
+    passing &= vivid >= _LEAST_VIVID
     shades = one.colours[rows].astype(np.float64)
     colours = np.stack([np.bincount(labels, weights * band, count) for band in shades.T], 1)
     colours = np.rint(colours / np.maximum(areas, 1e-30)[:, None]).astype(np.uint8)

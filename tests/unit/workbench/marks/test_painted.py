@@ -23,9 +23,9 @@ from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.props.paint import MAGENTA, SockSpot, places_mm, scattered_spots
 from limbgram.workbench.edits.offset import offset
+from limbgram.workbench.marks import finding
 from limbgram.workbench.marks.finding import (
     PaintedMarks,
-    PaintedOptions,
     find_painted_marks,
     sigma_of_median_mm,
 )
@@ -35,7 +35,8 @@ MARKS = scattered_spots(4)
 OF_A_DABS_COLOUR = SockSpot(around=0.55, height=0.5, colour=RED, diameter_mm=10.0)
 OF_A_DABS_COLOUR_TOO = SockSpot(around=0.2, height=0.7, colour=RED, diameter_mm=10.0)
 SPOTS = (*MARKS, OF_A_DABS_COLOUR, OF_A_DABS_COLOUR_TOO)
-FoundBy = Callable[[PaintedOptions], PaintedMarks]
+Colour = tuple[int, int, int]
+FoundBy = Callable[[Colour | None], PaintedMarks]
 
 
 @pytest.fixture(scope="module")
@@ -46,13 +47,13 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
 
 @pytest.fixture(scope="module")
 def found_by(capture: Capture) -> FoundBy:
-    """What is found in the capture's photos, by options."""
+    """What is found in the capture's photos, by colour."""
     photos = photos_of(capture.folder / "images")
-    return cache(lambda options: found_in(capture, photos, options))
+    return cache(lambda colour: found_in(capture, photos, colour))
 
 
-def found_in(capture: Capture, photos: PhotoSet, options: PaintedOptions) -> PaintedMarks:
-    return find_painted_marks(photos.photos, capture.truth.views, capture.truth.limb.mesh, options)
+def found_in(capture: Capture, photos: PhotoSet, colour: Colour | None) -> PaintedMarks:
+    return find_painted_marks(photos.photos, capture.truth.views, capture.truth.limb.mesh, colour)
 
 
 def photos_of(folder: Path) -> PhotoSet:
@@ -65,9 +66,9 @@ def true_places(capture: Capture) -> np.ndarray:
 
 @pytest.mark.parametrize("colour", [None, MAGENTA, (255, 0, 255)])
 def test_marks_are_found_where_they_were_painted_and_nothing_else_is(
-    capture: Capture, found_by: FoundBy, colour: tuple[int, int, int] | None
+    capture: Capture, found_by: FoundBy, colour: Colour | None
 ) -> None:
-    marks = found_by(PaintedOptions(colour=colour)).marks
+    marks = found_by(colour).marks
     apart = np.linalg.norm(
         np.stack([mark.position_mm for mark in marks])[:, None] - true_places(capture), axis=2
     )
@@ -112,7 +113,7 @@ def test_a_spot_in_one_photo_only_is_left_out_and_said(capture: Capture, tmp_pat
     cv2.circle(picture, (x, y), 6, MAGENTA[::-1], -1, cv2.LINE_AA)
     cv2.imwrite(str(folder / view.name), picture, [cv2.IMWRITE_JPEG_QUALITY, 95])
 
-    found = found_in(capture, photos_of(folder), PaintedOptions(colour=MAGENTA))
+    found = found_in(capture, photos_of(folder), MAGENTA)
 
     assert len(found.marks) == len(MARKS)
     assert all(np.linalg.norm(mark.position_mm - spot) > 5 for mark in found.marks)
@@ -123,28 +124,29 @@ def test_a_spot_in_one_photo_only_is_left_out_and_said(capture: Capture, tmp_pat
 
 
 def test_a_mark_that_many_squarely_looking_photos_do_not_show_is_left_out(
-    found_by: FoundBy,
+    capture: Capture, found_by: FoundBy, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lenient = found_by(PaintedOptions(colour=MAGENTA, least_photos=2))
+    lenient = found_by(MAGENTA)
     shown = min(len(mark.photos) for mark in lenient.marks)
-    strict = found_by(PaintedOptions(colour=MAGENTA, least_photos=shown + 1))
+    monkeypatch.setattr(finding, "_LEAST_PHOTOS", shown + 1)
+    strict = found_in(capture, photos_of(capture.folder / "images"), MAGENTA)
     assert len(strict.marks) < len(lenient.marks) == len(MARKS)
     assert len(strict.marks) + len(strict.left_out) >= len(MARKS)
 
 
 def test_a_colour_that_the_paint_has_is_told(found_by: FoundBy) -> None:
-    assert found_by(PaintedOptions(colour=MAGENTA)).shared_share < 0.3
-    assert found_by(PaintedOptions(colour=RED)).shared_share > 0.5
+    assert found_by(MAGENTA).shared_share < 0.3
+    assert found_by(RED).shared_share > 0.5
 
 
 def test_a_colour_that_no_pixel_has_is_not_called_the_paints(capture: Capture) -> None:
-    found = find_painted_marks((), (), capture.truth.limb.mesh, PaintedOptions(colour=MAGENTA))
+    found = find_painted_marks((), (), capture.truth.limb.mesh, MAGENTA)
     assert (found.marks, found.left_out, found.shared_share) == ((), (), 0.0)
 
 
 def test_grey_is_no_colour_for_marks(capture: Capture) -> None:
     with pytest.raises(OptionsError, match="near to grey"):
-        found_in(capture, photos_of(capture.folder / "images"), PaintedOptions(colour=(90, 90, 90)))
+        found_in(capture, photos_of(capture.folder / "images"), (90, 90, 90))
 
 
 @pytest.fixture
@@ -170,10 +172,10 @@ def test_a_limb_turned_about_its_axis_is_refused(
 ) -> None:
     mesh = about_its_axis(capture.truth.limb.mesh, turn_deg)
     with pytest.raises(OptionsError, match="not of this shape as it lies now"):
-        painted_marks_of(case, mesh, PaintedOptions())
+        painted_marks_of(case, mesh, None)
     moved = mesh.with_vertices(mesh.vertices_mm + np.array([40.0, 0.0, 0.0]))
     with pytest.raises(OptionsError, match=r"surface\.ply"):
-        painted_marks_of(case, moved, PaintedOptions())
+        painted_marks_of(case, moved, None)
 
 
 def _thinned(mesh: Mesh, edge_mm: float) -> Mesh:
@@ -195,4 +197,4 @@ def test_what_was_made_of_the_cases_surface_is_taken(capture: Capture, case: Cas
     thinned = _thinned(mesh, 5.0)
     assert len(thinned.faces) < len(mesh.faces) / 4
     for made in (single, mesh.with_vertices(swollen), thinned, offset(mesh, -2.0)):
-        assert painted_marks_of(case, made, PaintedOptions()).marks == ()
+        assert painted_marks_of(case, made, None).marks == ()

@@ -3,10 +3,8 @@
 import numpy as np
 
 from limbgram.workbench.marks.pixels import ColouredPixels
-from limbgram.workbench.marks.spots import RoundRule, spots_of
+from limbgram.workbench.marks.spots import spots_of
 
-RULE = RoundRule(smallest_mm=4.0, largest_mm=30.0, roundest_stretch=1.6, least_vivid=0.85)
-SAME_RAD = np.radians(20.0)
 PIXEL_MM = 0.5
 
 
@@ -34,7 +32,7 @@ def test_each_hue_has_its_own_disc() -> None:
     picture = np.full((60, 90), np.nan)
     disc(picture, (20, 20), 8, 1.0)
     disc(picture, (30, 60), 12, 2.0)
-    first, second = spots_of([seen(picture)], np.array([2.0, 1.0, -2.0]), 2, SAME_RAD, RULE)
+    first, second = spots_of([seen(picture)], np.array([2.0, 1.0, -2.0]), 2)
     np.testing.assert_allclose(first.spots.middles_mm, [[30.0, 15.0, 0.0]], atol=1e-5)
     np.testing.assert_allclose(second.spots.middles_mm, [[10.0, 10.0, 0.0]], atol=1e-5)
     np.testing.assert_allclose(first.spots.diameters_mm, 12.0, rtol=0.02)
@@ -46,6 +44,6 @@ def test_a_patch_of_two_hues_on_either_side_of_the_one_looked_for_is_none() -> N
     picture = np.full((40, 40), np.nan)
     picture[10:30, 10:20] = np.radians(-15.0)
     picture[10:30, 20:30] = np.radians(15.0)
-    (found,) = spots_of([seen(picture)], np.array([0.0]), 1, SAME_RAD, RULE)
+    (found,) = spots_of([seen(picture)], np.array([0.0]), 1)
     assert len(found.spots.middles_mm) == 0
     assert (found.inside_mm2, found.total_mm2) == (0.0, 0.0)
