@@ -282,7 +282,15 @@ def angles() -> str:
         for bodies in (feet, trunks)
         for name in bodies[0]["angles"]["0.5 mm"]
     ]
-    return table(heads, rows) + "\n\n" + _measured_on(("device_photos",))
+    lengths = " ".join(
+        f"{name}: off by {_range([one['measures'][key]['off'] for one in feet])} mm, one standard "
+        f"deviation stated as {_range([one['measures'][key]['sigma'] for one in feet])} mm."
+        for name, key in (
+            ("Foot length", "foot_length_mm"),
+            ("Heel to second toe", "heel_to_second_toe_mm"),
+        )
+    )
+    return f"{table(heads, rows)}\n\n{lengths}\n\n" + _measured_on(("device_photos",))
 
 
 def _angle_cells(bodies: Sequence[Json], name: str) -> Sequence[str]:
@@ -302,8 +310,8 @@ def _angle_cells(bodies: Sequence[Json], name: str) -> Sequence[str]:
 
 
 def _range(values: Sequence[float]) -> str:
-    told = dict.fromkeys(f"{one:.1f}" for one in sorted(values))
-    return " to ".join([min(told, key=float), *list(told)[1:][-1:]])
+    told = dict.fromkeys(f"{one:z.1f}" for one in (min(values), max(values)))
+    return " to ".join(told)
 
 
 def explained_faults() -> str:
