@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from limbgram.core.interval import length_within
 from limbgram.reconstruction.hypotheses.lens_spread import SecondBodyEquations
 from limbgram.reconstruction.hypotheses.terms import Term
-from limbgram.reconstruction.hypotheses.two_body_equations import MOTION_SIZE
+from limbgram.reconstruction.mapping.body_motion import MOTION_SIZE
 from limbgram.reconstruction.mapping.score_tests import ScoreTest, pseudo_inverse
 
 

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.reconstruction.hypotheses.two_body_equations import MOTION_SIZE, TwoBodyEquations
+from limbgram.reconstruction.hypotheses.two_body_equations import TwoBodyEquations
+from limbgram.reconstruction.mapping.body_motion import MOTION_SIZE
 from limbgram.reconstruction.mapping.lens_equations import (
     DEVIATION_SIZE,
     MAX_SPREAD,

@@ -23,7 +23,8 @@ from limbgram.reconstruction.hypotheses.lens_spread import (
     deviation_equations,
     second_body_equations,
 )
-from limbgram.reconstruction.hypotheses.two_body_equations import MOTION_SIZE, TwoBodyEquations
+from limbgram.reconstruction.hypotheses.two_body_equations import TwoBodyEquations
+from limbgram.reconstruction.mapping.body_motion import MOTION_SIZE
 from limbgram.reconstruction.mapping.lens_equations import MAX_SPREAD, USUAL_SPREAD, deviation_slice
 from limbgram.reconstruction.mapping.scene import Bodies, Deviation, Explanation, Rule
 from limbgram.reconstruction.mapping.score_tests import (

@@ -25,10 +25,13 @@ from limbgram.reconstruction.hypotheses.search import explain
 from limbgram.reconstruction.hypotheses.search_result import SearchResult
 from limbgram.reconstruction.hypotheses.two_body_equations import (
     MIN_FIRM_POINTS,
-    MOTION_SIZE,
     two_body_equations,
 )
-from limbgram.reconstruction.mapping.body_motion import BodyMotion, points_in_three_photos
+from limbgram.reconstruction.mapping.body_motion import (
+    MOTION_SIZE,
+    BodyMotion,
+    points_in_three_photos,
+)
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Movement, Scene
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 

@@ -54,7 +54,8 @@ from limbgram.reconstruction.hypotheses.random_motion import (
 )
 from limbgram.reconstruction.hypotheses.search_result import SearchResult
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
-from limbgram.reconstruction.hypotheses.two_body_equations import MOTION_SIZE, TwoBodyEquations
+from limbgram.reconstruction.hypotheses.two_body_equations import TwoBodyEquations
+from limbgram.reconstruction.mapping.body_motion import MOTION_SIZE
 from limbgram.reconstruction.mapping.lens_equations import (
     DEVIATION_SIZE,
     MAX_OUTLIER_SHARE,

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from limbgram.reconstruction.hypotheses.two_body_equations import MOTION_SIZE
+from limbgram.reconstruction.mapping.body_motion import MOTION_SIZE
 
 Kind = Literal["step", "drift", "photo", "sway"]
 

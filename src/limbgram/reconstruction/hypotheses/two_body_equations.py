@@ -25,7 +25,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.body_motion import points_in_three_photos
+from limbgram.reconstruction.mapping.body_motion import MOTION_SIZE, points_in_three_photos
 from limbgram.reconstruction.mapping.bundle_adjustment import LensPrior
 from limbgram.reconstruction.mapping.lens_equations import (
     DEVIATION_SIZE,
@@ -36,8 +36,6 @@ from limbgram.reconstruction.mapping.lens_equations import (
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 
-MOTION_SIZE = 6
-"""Parameters of a rigid motion: rotation about the first body's centre, and shift."""
 MIN_FIRM_POINTS = 30
 """Points shared with two other photos from which a photo that lies elsewhere is believed. Of 100
 captures that kept still two had one that lay 2 and 7 mm elsewhere, with 8 and 24 such points."""

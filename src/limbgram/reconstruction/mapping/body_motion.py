@@ -17,8 +17,8 @@ _FEWEST_SHARED = 8
 """Points that two photos must share to be connected, and that a photo must share with two others:
 one that shares points with single photos only slips along them. Of 12 photos one with 7 seemed to
 move by 1.4 % of the distance, and did not; those that kept still have 11 and more."""
-_MOTION_SIZE = 6
-"""Parameters of a rigid motion."""
+MOTION_SIZE = 6
+"""Parameters of a rigid motion: rotation, and shift."""
 
 
 def connected_photos(scene: Scene) -> tuple[int, ...]:
@@ -60,7 +60,7 @@ class BodyMotion:
     def unknown(cls, photos: int, reason: Finding | None, chance: float = 1.0) -> "BodyMotion":
         """A motion of which nothing is known."""
         unknown = Movement.unknown(photos, reason, chance)
-        return cls(movement=unknown, middle=np.zeros(3), motions=np.zeros((photos, _MOTION_SIZE)))
+        return cls(movement=unknown, middle=np.zeros(3), motions=np.zeros((photos, MOTION_SIZE)))
 
     def in_photo(self, photo: int) -> Rigid:
         """The motion of the second body in one photo, as a transformation of the world."""

@@ -15,7 +15,7 @@ Fails   MeasureError: the surface is open between the heights.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -125,8 +125,7 @@ def tape_mm(level: Level) -> Measured:
 
 def tape_value_mm(level: Level) -> float:
     """The value of `tape_mm`, without its slopes."""
-    outlines = np.flatnonzero(level.depth == 0)
-    return float(sum(taut_length(level.points_mm[level.loop == one]).value_mm for one in outlines))
+    return float(sum(taut_length(level.points_mm[one]).value_mm for one in _outlines(level)))
 
 
 def ml_mm(level: Level) -> Measured:
@@ -583,12 +582,16 @@ def _is_crumb(
     return crumbs
 
 
+def _outlines(level: Level) -> Iterator[Bool[np.ndarray, " n"]]:
+    """The points of each outline."""
+    return (level.loop == outline for outline in np.flatnonzero(level.depth == 0))
+
+
 def _outline_length(level: Level, length: Callable[[Points2], SmoothedLength]) -> Measured:
     """Total length round all outlines."""
     value = 0.0
     slopes, along_mm = np.zeros_like(level.points_mm), np.zeros(len(level.points_mm))
-    for outline in np.flatnonzero(level.depth == 0):
-        points = level.loop == outline
+    for points in _outlines(level):
         found = length(level.points_mm[points])
         value += found.value_mm
         slopes[points], along_mm[points] = found.slopes, found.along_mm
