@@ -19,7 +19,7 @@ it shows a share of the displacement.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from jaxtyping import Float32, Float64, Int32, Int64, UInt8, UInt16
@@ -95,8 +95,7 @@ class Crop:
     halvings: int = 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Imagery:
+class Imagery(NamedTuple):
     """Grey crops of several photos as B-spline coefficients.
 
     A pixel (x, y) of photo k is at ((x + 0.5) * factor - 0.5 - x0, ...) of its crop.

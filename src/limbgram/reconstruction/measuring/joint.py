@@ -19,14 +19,14 @@ from limbgram.reconstruction.measuring.imagery import Imagery
 from limbgram.reconstruction.measuring.sampling import (
     MARGIN_PX,
     SAMPLES,
+    Patches,
     drop_inconsistent_photos,
+    empty_windows,
     fill_gram,
     interpolate,
     leading_gains,
     project,
     sample_windows,
-    window_buffer,
-    window_weights,
 )
 
 f4 = np.float32
@@ -56,13 +56,38 @@ class NoiseModel(NamedTuple):
     """Residuals beyond this many sigmas are down-weighted."""
 
 
+class FaceEquations(NamedTuple):
+    """Normal equations of the three offsets of each of f faces."""
+
+    matrix: np.ndarray
+    """(f, 6): upper triangle 00 01 02 11 12 22."""
+    right: np.ndarray
+    """(f, 3): right-hand side."""
+    right_by_photo: np.ndarray
+    """(f, c): share of each photo that sees a face's first vertex in the sum of the right-hand
+    side."""
+    curvature: np.ndarray
+    """(f,): curvature of the robust cost over that of the weighted matrix: it is lower where
+    residuals exceed `NoiseModel.robust`."""
+
+    def rows(self, chosen: slice) -> "FaceEquations":
+        """Those of some faces, as views."""
+        return FaceEquations(*(one[chosen] for one in self))
+
+
+class _Surface(NamedTuple):
+    """Vertices with their unit normals, and faces with their barycentric sample points."""
+
+    vertices: np.ndarray
+    normals: np.ndarray
+    faces: np.ndarray
+    points: np.ndarray
+
+
 def local_gains(
     imagery: Imagery,
     seen_by: np.ndarray,
-    vertices: np.ndarray,
-    axes: np.ndarray,
-    quadric: np.ndarray,
-    step_mm: np.ndarray,
+    patches: Patches,
     noise_grey: float,
     photometry: np.ndarray,
 ) -> None:
@@ -72,70 +97,47 @@ def local_gains(
     """
 
     def block(first: int) -> None:
-        last = min(first + _BLOCK, len(seen_by))
-        _gains_block(
-            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, vertices,
-            axes, quadric, step_mm, noise_grey, photometry, first, last,
-        )  # fmt: skip
+        rows = slice(first, first + _BLOCK)
+        _gains_block(imagery, seen_by[rows], patches.rows(rows), noise_grey, photometry[rows])
 
     in_parallel(block, range(0, len(seen_by), _BLOCK))
 
 
 @njit(fastmath=True, cache=True, nogil=True)
 def _gains_block(
-    coefficients: np.ndarray,
-    crops: np.ndarray,
-    factor: float,
-    views: np.ndarray,
+    imagery: Imagery,
     seen_by: np.ndarray,
-    vertices: np.ndarray,
-    axes: np.ndarray,
-    quadric: np.ndarray,
-    step_mm: np.ndarray,
+    patches: Patches,
     noise_grey: float,
     photometry: np.ndarray,
-    first: int,
-    last: int,
 ):
-    """Fill `photometry` of the vertices from `first` up to `last`."""
-    most = seen_by.shape[1]
-    value = np.empty((most, SAMPLES), np.float32)
-    slope = np.empty((most, SAMPLES), np.float32)
-    weights, buffer = window_weights(), window_buffer()
-    gains = np.empty(most)
-    gram = np.empty((most, most))
-    scratch = np.empty(most)
-    level = np.empty(most)
-    photo_of = np.empty(most, np.int64)
+    """Fill `photometry` of the patches' vertices."""
+    windows = empty_windows(seen_by.shape[1])
+    mean, gram = windows.mean, windows.gram
     zero_state, noise = np.zeros(3), noise_grey * noise_grey
-    for p in range(first, last):
-        used, _ = sample_windows(
-            coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-            quadric[p], step_mm[p], zero_state, weights, buffer, value, slope, level, photo_of, 0.0,
-        )  # fmt: skip
+    for p in range(len(seen_by)):
+        used, _ = sample_windows(imagery, seen_by[p], patches, p, zero_state, 0.0, windows)
         if used < 2:
             continue
-        fill_gram(value, weights, used, gram)
-        used = drop_inconsistent_photos(
-            value, slope, level, photo_of, used, gram, gains, scratch, noise
-        )
+        fill_gram(windows, used)
+        used = drop_inconsistent_photos(windows, used, noise)
         if used == 0:
             continue
-        prior = _GAIN_PRIOR / (level[0] * level[0] + 1.0)
+        prior = _GAIN_PRIOR / (mean[0] * mean[0] + 1.0)
         for i in range(used):
             for j in range(used):
-                gram[i, j] += prior * level[i] * level[j]
-        if not leading_gains(gram, used, gains, scratch):
+                gram[i, j] += prior * mean[i] * mean[j]
+        if not leading_gains(windows, used):
             continue
         for i in range(used):
             slot = 0
-            while seen_by[p, slot] != photo_of[i]:
+            while seen_by[p, slot] != windows.photo_of[i]:
                 slot += 1
-            photometry[p, slot, GAIN] = gains[i] * math.sqrt(used)
-            photometry[p, slot, MEAN] = level[i]
+            photometry[p, slot, GAIN] = windows.gains[i] * math.sqrt(used)
+            photometry[p, slot, MEAN] = mean[i]
             change = f4(0)
             for k in range(SAMPLES):
-                change += weights[k] * slope[i, k]
+                change += windows.weights[k] * windows.slope[i, k]
             photometry[p, slot, MEAN_PER_MM] = change
 
 
@@ -168,42 +170,43 @@ def assemble(
     normals: np.ndarray,
     points: np.ndarray,
     noise_model: NoiseModel,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> FaceEquations:
     """Normal equations of the three offsets of every face.
 
     photometry  (n, c, 4) GAIN, MEAN, MEAN_PER_MM and LIFT of the photos in seen_by (n, c)
     points      (s, 3) barycentric sample points of a face
-    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right-hand side; (f, c) the share of
-    each photo that sees a face's first vertex in the sum of the right-hand side; (f,) the curvature
-    of the robust cost over that of the weighted matrix: it is lower where residuals exceed
-    `noise_model.robust`.
     """
     count = len(mesh.faces)
-    matrix = np.zeros((count, 6))
-    right = np.zeros((count, 3))
-    right_by_photo = np.zeros((count, seen_by.shape[1]), np.float32)
-    curvature = np.ones(count)
+    equations = FaceEquations(
+        np.zeros((count, 6)),
+        np.zeros((count, 3)),
+        np.zeros((count, seen_by.shape[1]), np.float32),
+        np.ones(count),
+    )
 
     def block(first: int) -> None:
-        _assemble_block(
-            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, photometry,
-            mesh.vertices_mm, normals, mesh.faces, points, *noise_model, matrix, right,
-            right_by_photo, curvature, first, min(first + _BLOCK, count),
-        )  # fmt: skip
+        rows = slice(first, first + _BLOCK)
+        surface = _Surface(mesh.vertices_mm, normals, mesh.faces[rows], points)
+        _assemble_block(imagery, seen_by, photometry, surface, noise_model, equations.rows(rows))
 
     in_parallel(block, range(0, count, _BLOCK))
-    return matrix, right, right_by_photo, curvature
+    return equations
 
 
 @njit(fastmath=True, cache=True, nogil=True)
 def _assemble_block(
-    coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
-    seen_by: np.ndarray, photometry: np.ndarray, vertices: np.ndarray, normals: np.ndarray,
-    faces: np.ndarray, points: np.ndarray, noise_grey: float, noise_px: float, robust: float,
-    matrix: np.ndarray, right: np.ndarray, right_by_photo: np.ndarray, curvature: np.ndarray,
-    first: int, last: int,
-):  # fmt: skip
-    """Fill the normal equations of the faces from `first` up to `last`."""
+    imagery: Imagery,
+    seen_by: np.ndarray,
+    photometry: np.ndarray,
+    surface: _Surface,
+    noise_model: NoiseModel,
+    equations: FaceEquations,
+):
+    """Fill the normal equations of the surface's faces."""
+    coefficients, crops, factor, views = imagery
+    vertices, normals, faces, points = surface
+    noise_grey, noise_px, robust = noise_model
+    matrix, right, right_by_photo, curvature = equations
     most = seen_by.shape[1]
     shift = 0.5 * factor - 0.5
     slots = np.empty((most, 3), np.int64)
@@ -211,7 +214,7 @@ def _assemble_block(
     grey = np.empty(most, np.float32)
     change = np.empty(most, np.float32)
     scale = np.empty(most, np.float32)
-    for f in range(first, last):
+    for f in range(len(faces)):
         i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
         weight_sum = curvature_sum = 0.0
         common = _common_photos(seen_by, photometry, i0, i1, i2, slots)

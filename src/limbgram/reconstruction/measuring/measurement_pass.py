@@ -23,11 +23,13 @@ from limbgram.reconstruction.measuring.joint import (
     LIFT,
     MEAN,
     MEAN_PER_MM,
+    FaceEquations,
     NoiseModel,
     assemble,
     local_gains,
 )
 from limbgram.reconstruction.measuring.patches import MEASURED, measure_patches
+from limbgram.reconstruction.measuring.sampling import Patches
 from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
     quadrics,
@@ -227,10 +229,7 @@ def _measured_patches(
     report = measure_patches(
         imagery,
         np.where(selected[:, None], observed.seen_by, np.int32(-1)),
-        mesh.vertices_mm,
-        observed.axes,
-        observed.quadric,
-        observed.pixel_mm,
+        Patches(mesh.vertices_mm, observed.axes, observed.quadric, observed.pixel_mm),
         8,
         state,
     )
@@ -321,10 +320,7 @@ def photometry_at(
     local_gains(
         imagery,
         seen_by,
-        vertices,
-        axes,
-        quadric,
-        _GAIN_STEP_PX * observed.pixel_mm[selected],
+        Patches(vertices, axes, quadric, _GAIN_STEP_PX * observed.pixel_mm[selected]),
         _NOISE_GREY,
         photometry,
     )
@@ -446,8 +442,8 @@ def _face_equations(
     observed: ObservedSurface,
     photometry: Float32[np.ndarray, "n c 4"],
     options: ResidualOptions,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The normal equations of all faces, as `assemble` returns them."""
+) -> FaceEquations:
+    """The normal equations of all faces."""
     return assemble(
         imagery,
         observed.seen_by,

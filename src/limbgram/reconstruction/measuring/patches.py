@@ -21,11 +21,12 @@ from limbgram.reconstruction.measuring.imagery import Imagery
 from limbgram.reconstruction.measuring.sampling import (
     HALF_WIDTH,
     SAMPLES,
+    Patches,
+    Windows,
     drop_inconsistent_photos,
+    empty_windows,
     fill_gram,
     sample_windows,
-    window_buffer,
-    window_weights,
 )
 
 f4 = np.float32
@@ -44,19 +45,13 @@ MEASURED, UNSEEN, INCONSISTENT, SINGULAR, DIVERGED, STEEP = 1, 0, -1, -2, -3, -4
 def measure_patches(
     imagery: Imagery,
     seen_by: np.ndarray,
-    vertices: np.ndarray,
-    axes: np.ndarray,
-    quadric: np.ndarray,
-    step_mm: np.ndarray,
+    patches: Patches,
     max_iterations: int,
     state: np.ndarray,
 ) -> np.ndarray:
     """Offset and slopes of every patch, in `state`, and a report on each.
 
     seen_by   (n, c) int32, photos of each patch, -1 = none
-    axes      (n, 3, 3): two tangents and the normal, rows
-    quadric   (n, 3): height = (q0 u^2 + 2 q1 u v + q2 v^2) / 2, 1/mm
-    step_mm   (n,) sample distance
     state     (n, 3) start values, mm and slopes; changed in place
     Returns (n, 5) float32: outcome, formal sigma of d (mm), noise (grey levels), mean
     correlation (less for photos left out), photos used.
@@ -64,11 +59,10 @@ def measure_patches(
     report = np.zeros((len(seen_by), 5), np.float32)
 
     def block(first: int) -> None:
-        last = min(first + _BLOCK, len(seen_by))
+        rows = slice(first, first + _BLOCK)
         _measure_block(
-            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, vertices,
-            axes, quadric, step_mm, max_iterations, state, report, first, last,
-        )  # fmt: skip
+            imagery, seen_by[rows], patches.rows(rows), max_iterations, state[rows], report[rows]
+        )
 
     in_parallel(block, range(0, len(seen_by), _BLOCK))
     return report
@@ -76,64 +70,43 @@ def measure_patches(
 
 @njit(fastmath=True, cache=True, nogil=True)
 def _measure_block(
-    coefficients: np.ndarray,
-    crops: np.ndarray,
-    factor: float,
-    views: np.ndarray,
+    imagery: Imagery,
     seen_by: np.ndarray,
-    vertices: np.ndarray,
-    axes: np.ndarray,
-    quadric: np.ndarray,
-    step_mm: np.ndarray,
+    patches: Patches,
     max_iterations: int,
     state: np.ndarray,
     report: np.ndarray,
-    first: int,
-    last: int,
 ):
-    """Measure the patches from `first` up to `last`, each independently."""
-    most = seen_by.shape[1]
-    value = np.empty((most, SAMPLES), np.float32)
-    slope = np.empty((most, SAMPLES), np.float32)
+    """Measure the patches, each independently."""
+    windows = empty_windows(seen_by.shape[1])
+    gram, weights = windows.gram, windows.weights
     texture = np.empty(SAMPLES, np.float32)
     texture_slope = np.empty(SAMPLES, np.float32)
-    weights, buffer = window_weights(), window_buffer()
     effective_samples = f4(0)
     for k in range(SAMPLES):
         effective_samples += weights[k] * weights[k]
     effective_samples = f4(1) / effective_samples
-    gains = np.empty(most)
-    gram = np.empty((most, most))
-    scratch = np.empty(most)
-    mean = np.empty(most)
-    photo_of = np.empty(most, np.int64)
     normal = np.empty(9)
-    for p in range(first, last):
+    for p in range(len(seen_by)):
+        step_mm = patches.step_mm[p]
         for iteration in range(max_iterations + 1):
             used, px_per_mm = sample_windows(
-                coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-                quadric[p], step_mm[p], state[p], weights, buffer, value, slope, mean, photo_of,
-                _MIN_VARIANCE,
-            )  # fmt: skip
+                imagery, seen_by[p], patches, p, state[p], _MIN_VARIANCE, windows
+            )
             if used < 2:
                 report[p, 0] = UNSEEN
                 break
-            fill_gram(value, weights, used, gram)
+            fill_gram(windows, used)
             initial = used
-            used = drop_inconsistent_photos(
-                value, slope, mean, photo_of, used, gram, gains, scratch, 0.0
-            )
+            used = drop_inconsistent_photos(windows, used, 0.0)
             if used == 0:
                 report[p, 0] = INCONSISTENT
                 break
             window_energy = 0.0
             for i in range(used):
                 window_energy += gram[i, i]
-            energy = _mean_texture(value, slope, weights, gains, used, texture, texture_slope)
-            _normal_equations(
-                value, slope, weights, gains, used, texture, texture_slope, energy,
-                step_mm[p], normal,
-            )  # fmt: skip
+            energy = _mean_texture(windows, used, texture, texture_slope)
+            _normal_equations(windows, used, texture, texture_slope, energy, step_mm, normal)
             degrees_of_freedom = (used - 1) * (effective_samples - 2) - 3
             noise2 = max(
                 (window_energy - energy) * effective_samples / max(degrees_of_freedom, 1.0), 0.0
@@ -161,22 +134,15 @@ def _measure_block(
             if abs(state[p, 1]) > _MAX_SLOPE or abs(state[p, 2]) > _MAX_SLOPE:
                 report[p, 0] = STEEP
                 break
-            reach = (abs(step_a) + abs(step_b)) * HALF_WIDTH * step_mm[p]
+            reach = (abs(step_a) + abs(step_b)) * HALF_WIDTH * step_mm
             if abs(step_d) * px_per_mm < 0.01 and reach * px_per_mm < 0.03:
                 break
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def _mean_texture(
-    value: np.ndarray,
-    slope: np.ndarray,
-    weights: np.ndarray,
-    gains: np.ndarray,
-    used: int,
-    texture: np.ndarray,
-    texture_slope: np.ndarray,
-):
+def _mean_texture(windows: Windows, used: int, texture: np.ndarray, texture_slope: np.ndarray):
     """Fill the common texture and its change with d; returns the texture's weighted energy."""
+    value, slope, weights, gains = windows.value, windows.slope, windows.weights, windows.gains
     energy = f4(0)
     for k in range(SAMPLES):
         grey, change = f4(0), f4(0)
@@ -190,10 +156,7 @@ def _mean_texture(
 
 @njit(fastmath=True, cache=True, forceinline=True)
 def _normal_equations(
-    value: np.ndarray,
-    slope: np.ndarray,
-    weights: np.ndarray,
-    gains: np.ndarray,
+    windows: Windows,
     used: int,
     texture: np.ndarray,
     texture_slope: np.ndarray,
@@ -207,6 +170,7 @@ def _normal_equations(
     texture: texture and gains are eliminated by (I - a a^T) H_j (I - t t^T), means by weighted
     centring. The residual is orthogonal to both, so the right-hand side needs no projection.
     """
+    value, slope, weights, gains = windows.value, windows.slope, windows.weights, windows.gains
     side = 2 * HALF_WIDTH + 1
     for k in range(9):
         normal[k] = 0.0

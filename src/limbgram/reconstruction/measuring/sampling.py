@@ -1,11 +1,13 @@
 """Sampling: projection, interpolation and multi-photo windows, shared by the measuring kernels."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from limbgram.core.geometry.lens import distorted_in
 from limbgram.core.kernels import njit
+from limbgram.reconstruction.measuring.imagery import Imagery
 
 f4 = np.float32
 
@@ -28,6 +30,50 @@ _MIN_CORRELATION = 0.5
 _TEXTURE_OVER_NOISE = 4.0
 """Power of texture over that of noise from which photos must show it: twice the amplitude. With
 textureless photos left in, RMS in burnt-out paint grew from 0.0176 to 0.0255 mm."""
+
+
+class Patches(NamedTuple):
+    """A small patch of the surface round each of n vertices, bent by a quadric."""
+
+    vertices_mm: np.ndarray
+    """(n, 3)"""
+    axes: np.ndarray
+    """(n, 3, 3): two tangents and the normal, rows."""
+    quadric: np.ndarray
+    """(n, 3): height = (q0 u^2 + 2 q1 u v + q2 v^2) / 2 over the tangents, 1/mm."""
+    step_mm: np.ndarray
+    """(n,): distance of neighbouring samples."""
+
+    def rows(self, chosen: slice) -> "Patches":
+        """Some of the patches, as views."""
+        return Patches(*(one[chosen] for one in self))
+
+
+class Windows(NamedTuple):
+    """The windows of one patch in up to c photos: a thread's working memory, filled again for each.
+
+    Its first rows are those of the photos that are used.
+    """
+
+    value: np.ndarray
+    """(c, SAMPLES) float32: grey levels less their weighted mean."""
+    slope: np.ndarray
+    """(c, SAMPLES) float32: their change per millimetre of offset along the normal."""
+    mean: np.ndarray
+    """(c,): weighted mean grey level."""
+    photo_of: np.ndarray
+    """(c,): index of the photo."""
+    gram: np.ndarray
+    """(c, c): weighted products of the windows."""
+    gains: np.ndarray
+    """(c,): leading unit eigenvector of the Gram matrix."""
+    next_gains: np.ndarray
+    """(c,): those of the next power iteration."""
+    weights: np.ndarray
+    """(SAMPLES,) float32: Gaussian, sum 1."""
+    buffer: np.ndarray
+    """One array for all numbers of the samples, so that loops over them are vectorised: the
+    compiler does not vectorise loops over two arrays, which might overlap."""
 
 
 @njit(inline="always")
@@ -103,30 +149,44 @@ def window_weights():
 
 
 @njit(cache=True, forceinline=True)
-def window_buffer():
-    """The working memory of `sample_windows`: one array, so that its loops are vectorised.
-
-    The compiler does not vectorise loops over two arrays, which might overlap.
-    """
+def empty_windows(most: int):
+    """Windows of up to `most` photos."""
     side = 2 * HALF_WIDTH + 1
     buffer = np.zeros((_COEFFICIENTS + 16) * _STRIDE, np.float32)
     for k in range(SAMPLES):
         buffer[_U * _STRIDE + k] = k % side - HALF_WIDTH
         buffer[_V * _STRIDE + k] = k // side - HALF_WIDTH
-    return buffer
+    return Windows(
+        np.empty((most, SAMPLES), np.float32),
+        np.empty((most, SAMPLES), np.float32),
+        np.empty(most),
+        np.empty(most, np.int64),
+        np.empty((most, most)),
+        np.empty(most),
+        np.empty(most),
+        window_weights(),
+        buffer,
+    )
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
 def sample_windows(
-    coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
-    seen_by: np.ndarray, vertex: np.ndarray, axes: np.ndarray, quadric: np.ndarray, step: float,
-    state: np.ndarray, weights: np.ndarray, buffer: np.ndarray, value: np.ndarray,
-    slope: np.ndarray, mean: np.ndarray, photo_of: np.ndarray, least_variance: float,
-):  # fmt: skip
-    """Fill the photos' windows, less their weighted means, and their change per mm of offset.
+    imagery: Imagery,
+    seen_by: np.ndarray,
+    patches: Patches,
+    p: int,
+    state: np.ndarray,
+    least_variance: float,
+    windows: Windows,
+):
+    """Fill the windows of patch `p`, moved by `state` (offset and two slopes), and their slopes.
 
     Returns the number of photos with a whole, textured window, and the mean pixels per mm.
     """
+    coefficients, crops, factor, views = imagery
+    weights, buffer = windows.weights, windows.buffer
+    vertex, axes, quadric = patches.vertices_mm[p], patches.axes[p], patches.quadric[p]
+    step = patches.step_mm[p]
     shift = 0.5 * factor - 0.5
     used = 0
     px_per_mm = 0.0
@@ -184,10 +244,10 @@ def sample_windows(
         if variance < least_variance:
             continue
         for k in range(SAMPLES):
-            value[used, k] = buffer[_GREY * _STRIDE + k] - level
-            slope[used, k] = buffer[_CHANGE * _STRIDE + k]
-        mean[used] = level
-        photo_of[used] = photo
+            windows.value[used, k] = buffer[_GREY * _STRIDE + k] - level
+            windows.slope[used, k] = buffer[_CHANGE * _STRIDE + k]
+        windows.mean[used] = level
+        windows.photo_of[used] = photo
         used += 1
         px_per_mm += math.sqrt(nx * nx + ny * ny)
     return used, px_per_mm / max(used, 1)
@@ -248,8 +308,9 @@ def _interpolate_all(buffer: np.ndarray, nx: np.float32, ny: np.float32):
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def fill_gram(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarray):
-    """Fill the Gram matrix: weighted products of the windows."""
+def fill_gram(windows: Windows, used: int):
+    """Fill the Gram matrix."""
+    value, weights, gram = windows.value, windows.weights, windows.gram
     for i in range(used):
         for j in range(i + 1):
             product = f4(0)
@@ -260,8 +321,9 @@ def fill_gram(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarra
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.ndarray):
-    """Fill the leading unit eigenvector of the Gram matrix; False unless all gains are positive."""
+def leading_gains(windows: Windows, used: int):
+    """Fill the gains by power iteration; False unless all are positive."""
+    gram, gains, next_gains = windows.gram, windows.gains, windows.next_gains
     for i in range(used):
         gains[i] = math.sqrt(gram[i, i])
     for _ in range(_POWER_ITERATIONS):
@@ -270,11 +332,11 @@ def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.nd
             row = 0.0
             for j in range(used):
                 row += gram[i, j] * gains[j]
-            scratch[i] = row
+            next_gains[i] = row
             length += row * row
         length = 1.0 / math.sqrt(length)
         for i in range(used):
-            gains[i] = scratch[i] * length
+            gains[i] = next_gains[i] * length
     all_positive = True
     for i in range(used):
         all_positive = all_positive and gains[i] > 0.02
@@ -282,17 +344,7 @@ def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.nd
 
 
 @njit(fastmath=True, cache=True, forceinline=True)
-def drop_inconsistent_photos(
-    value: np.ndarray,
-    slope: np.ndarray,
-    mean: np.ndarray,
-    photo_of: np.ndarray,
-    used: int,
-    gram: np.ndarray,
-    gains: np.ndarray,
-    scratch: np.ndarray,
-    noise: float,
-):
+def drop_inconsistent_photos(windows: Windows, used: int, noise: float):
     """Drop, one by one, the photos whose windows are inconsistent with the others': a highlight, a
     shadow's edge, an object before the limb.
 
@@ -300,12 +352,14 @@ def drop_inconsistent_photos(
     the two photos whose noise correlates by chance, and those keep the surface from moving. A photo
     without contrast where the others show texture, as in burnt-out paint, is inconsistent.
 
-    Arrays are compacted and `gains` filled. Returns the number of photos that remain; 0 if half of
-    them or more would go, or the last two are inconsistent.
+    The rows are compacted and the gains filled. Returns the number of photos that remain; 0 if half
+    of them or more would go, or the last two are inconsistent.
     """
+    value, slope, gram, gains = windows.value, windows.slope, windows.gram, windows.gains
+    mean, photo_of = windows.mean, windows.photo_of
     initial = used
     while True:
-        all_positive = leading_gains(gram, used, gains, scratch)
+        all_positive = leading_gains(windows, used)
         energy = 0.0
         for i in range(used):
             for j in range(used):

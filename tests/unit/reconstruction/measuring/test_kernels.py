@@ -11,6 +11,7 @@ import os
 import pickle
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -237,18 +238,31 @@ def gauss_newton(found: Windows, gains: np.ndarray, state: np.ndarray, seen: int
 # Against the kernels
 
 
+def patches_of(some: Sequence[Patch]) -> sampling.Patches:
+    return sampling.Patches(
+        np.stack([patch.vertex for patch in some]),
+        np.stack([patch.axes for patch in some]),
+        np.stack([patch.quadric for patch in some]),
+        np.full(len(some), STEP_MM),
+    )
+
+
+def windows_with(value: np.ndarray, slope: np.ndarray) -> sampling.Windows:
+    """The windows of as many photos as rows, and their Gram matrix."""
+    filled = sampling.empty_windows(len(value))
+    filled.value[:], filled.slope[:] = value, slope
+    filled.mean[:], filled.photo_of[:] = 1.0, np.arange(len(value))
+    sampling.fill_gram(filled, len(value))
+    return filled
+
+
 def kernel_windows(painted, seen_by: np.ndarray, patch: Patch, state: np.ndarray, least: float):
     """What sample_windows fills, and what it returns."""
-    most = len(seen_by)
-    value, slope = np.zeros((2, most, SIDE**2), np.float32)
-    level, photo_of = np.zeros(most), np.zeros(most, np.int64)
-    imagery = painted.imagery
+    filled = sampling.empty_windows(len(seen_by))
     used, per_mm = sampling.sample_windows(
-        imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by,
-        patch.vertex, patch.axes, patch.quadric, STEP_MM, state, sampling.window_weights(),
-        sampling.window_buffer(), value, slope, level, photo_of, least,
-    )  # fmt: skip
-    return used, per_mm, value, slope, level, photo_of
+        painted.imagery, seen_by, patches_of([patch]), 0, state, least, filled
+    )
+    return used, per_mm, filled
 
 
 def test_weights_are_a_gaussian() -> None:
@@ -261,15 +275,13 @@ def test_windows_are_those_of_the_formula(painted, seed: int) -> None:
     patch, state = a_patch(random), np.array([0.05, 0.2, -0.1]) * random.normal(size=3)
     seen_by = random.permutation(5).astype(np.int32)
     seen_by[4] = NO_PHOTO
-    used, per_mm, value, slope, level, photo_of = kernel_windows(
-        painted, seen_by, patch, state, 4.0
-    )
+    used, per_mm, filled = kernel_windows(painted, seen_by, patch, state, 4.0)
     expected = windows(painted.imagery, painted.views, seen_by, patch, state, 4.0)
-    assert photo_of[:used].tolist() == expected.photos == seen_by[:4].tolist()
+    assert filled.photo_of[:used].tolist() == expected.photos == seen_by[:4].tolist()
     np.testing.assert_allclose(per_mm, expected.px_per_mm, rtol=1e-6)
-    np.testing.assert_allclose(value[:used], expected.value, atol=GREY_ATOL)
-    np.testing.assert_allclose(slope[:used], expected.slope, atol=GREY_ATOL)
-    np.testing.assert_allclose(level[:used], expected.level, rtol=1e-6)
+    np.testing.assert_allclose(filled.value[:used], expected.value, atol=GREY_ATOL)
+    np.testing.assert_allclose(filled.slope[:used], expected.slope, atol=GREY_ATOL)
+    np.testing.assert_allclose(filled.mean[:used], expected.level, rtol=1e-6)
 
 
 def test_windows_that_leave_a_crop_or_show_nothing_are_left_out(painted) -> None:
@@ -278,9 +290,9 @@ def test_windows_that_leave_a_crop_or_show_nothing_are_left_out(painted) -> None
     seen_by = np.arange(5, dtype=np.int32)
     for _ in range(12):
         patch = a_patch(random, 28.0)
-        used, _, _, _, _, photo_of = kernel_windows(painted, seen_by, patch, np.zeros(3), 60.0)
+        used, _, filled = kernel_windows(painted, seen_by, patch, np.zeros(3), 60.0)
         expected = windows(painted.imagery, painted.views, seen_by, patch, np.zeros(3), 60.0)
-        assert photo_of[:used].tolist() == expected.photos
+        assert filled.photo_of[:used].tolist() == expected.photos
         counts.add(used)
     assert {0, 5} < counts
 
@@ -295,15 +307,12 @@ def test_photos_that_are_unlike_the_others_are_left_out(odd: int) -> None:
     value -= value @ gaussian()[:, None]
     found = Windows(list(range(5)), value, random.normal(size=value.shape), np.ones(5), 1.0)
     expected = those_that_agree(found)
-    value, slope = value.astype(np.float32), found.slope.astype(np.float32)
-    gram, gains, photo_of = np.zeros((5, 5)), np.zeros(5), np.arange(5)
-    sampling.fill_gram(value, sampling.window_weights(), 5, gram)
+    filled = windows_with(value, found.slope)
+    gram, gains, photo_of = filled.gram, filled.gains, filled.photo_of
     np.testing.assert_allclose(
         gram, np.einsum("ik,jk,k->ij", found.value, found.value, gaussian()), rtol=1e-4, atol=1e-2
     )
-    used = sampling.drop_inconsistent_photos(
-        value, slope, np.ones(5), photo_of, 5, gram, gains, np.zeros(5), 0.0
-    )
+    used = sampling.drop_inconsistent_photos(filled, 5, 0.0)
     if odd == 3:
         assert used == 0
         assert expected is None
@@ -312,7 +321,7 @@ def test_photos_that_are_unlike_the_others_are_left_out(odd: int) -> None:
     order = np.argsort(photo_of[:used])
     assert photo_of[:used][order].tolist() == expected[0].photos == list(range(odd, 5))
     np.testing.assert_allclose(gains[:used][order], expected[1], atol=1e-5)
-    np.testing.assert_allclose(slope[:used][order], expected[0].slope, rtol=1e-6)
+    np.testing.assert_allclose(filled.slope[:used][order], expected[0].slope, rtol=1e-6)
     vectors = np.linalg.eigh(gram[:used, :used])[1]
     np.testing.assert_allclose(gains[:used], np.abs(vectors[:, -1]), atol=1e-4)
 
@@ -325,10 +334,7 @@ def test_a_patch_is_measured_by_the_formula(painted, seed: int, off_mm: float) -
     start = np.array([[off_mm, 0.02, -0.03]])
     seen_by = np.arange(5, dtype=np.int32)[None]
     imagery = painted.imagery
-    given = (
-        imagery, seen_by, patch.vertex[None], patch.axes[None], patch.quadric[None],
-        np.array([STEP_MM]),
-    )  # fmt: skip
+    given = (imagery, seen_by, patches_of([patch]))
     state = start.copy()
     report = patches.measure_patches(*given, 0, state)[0]
     np.testing.assert_array_equal(state, start)
@@ -365,13 +371,13 @@ def test_the_run_that_compiles_gives_the_bytes_of_all_others(painted, tmp_path: 
     """Functions that were compiled apart and linked gave other digits once out of the cache."""
     random = np.random.default_rng(4)
     some = [a_patch(random) for _ in range(50)]
-    imagery = painted.imagery
     given = (
-        imagery, np.tile(np.arange(5, dtype=np.int32), (len(some), 1)),
-        np.stack([patch.vertex for patch in some]), np.stack([patch.axes for patch in some]),
-        np.stack([patch.quadric for patch in some]), np.full(len(some), STEP_MM), 4,
+        painted.imagery,
+        np.tile(np.arange(5, dtype=np.int32), (len(some), 1)),
+        patches_of(some),
+        4,
         np.tile([0.2, 0.0, 0.0], (len(some), 1)),
-    )  # fmt: skip
+    )
     file = tmp_path / "given.pickle"
     file.write_bytes(pickle.dumps(given))
     source = Path(limbgram.__file__).parent.parent
@@ -395,12 +401,14 @@ def test_what_cannot_be_measured_says_why(painted) -> None:
     coefficients = imagery.coefficients.copy()
     coefficients[start : start + width * height] *= -1
     seen_by = np.array([[0, NO_PHOTO], [0, 2], [0, 1]], np.int32)
-    vertices = np.stack([patch.vertex, patch.vertex + np.array([300.0, 0, 0]), patch.vertex])
-    axes, quadric = np.stack([patch.axes] * 3), np.stack([patch.quadric] * 3)
+    elsewhere = replace(patch, vertex=patch.vertex + np.array([300.0, 0, 0]))
     report = patches.measure_patches(
-        replace(imagery, coefficients=coefficients), seen_by,
-        vertices, axes, quadric, np.full(3, STEP_MM), 3, np.zeros((3, 3)),
-    )  # fmt: skip
+        imagery._replace(coefficients=coefficients),
+        seen_by,
+        patches_of([patch, elsewhere, patch]),
+        3,
+        np.zeros((3, 3)),
+    )
     assert report[:, 0].tolist() == [patches.UNSEEN, patches.UNSEEN, patches.INCONSISTENT]
 
 
@@ -430,16 +438,11 @@ def test_windows_of_noise_keep_all_photos_but_what_differs_by_more() -> None:
         value = random.normal(0, noise_grey, (5, SIDE**2))
         value[0] += highlight * 20.0 * (np.arange(SIDE**2) < 30)
         value -= value @ gaussian()[:, None]
-        value = value.astype(np.float32)
         kept: list[list[int]] = []
         for noise in (0.0, 2 * noise_grey**2):
-            gram, photo_of = np.zeros((5, 5)), np.arange(5)
-            sampling.fill_gram(value, sampling.window_weights(), 5, gram)
-            used = sampling.drop_inconsistent_photos(
-                value.copy(), value.copy(), np.ones(5), photo_of, 5, gram,
-                np.zeros(5), np.zeros(5), noise,
-            )  # fmt: skip
-            kept.append(sorted(photo_of[:used]))
+            filled = windows_with(value, value)
+            used = sampling.drop_inconsistent_photos(filled, 5, noise)
+            kept.append(sorted(filled.photo_of[:used]))
         blind, knowing = kept
         assert len(blind) < 5
         assert knowing == list(range(int(highlight), 5))
@@ -452,14 +455,9 @@ def test_a_photo_burnt_out_where_the_others_show_paint_is_left_out() -> None:
     value = texture + random.normal(0, noise_grey, (5, SIDE**2))
     value[0] = random.normal(0, 0.3, SIDE**2)
     value -= value @ gaussian()[:, None]
-    value = value.astype(np.float32)
-    gram, photo_of = np.zeros((5, 5)), np.arange(5)
-    sampling.fill_gram(value, sampling.window_weights(), 5, gram)
-    used = sampling.drop_inconsistent_photos(
-        value, value.copy(), np.ones(5), photo_of, 5, gram, np.zeros(5), np.zeros(5),
-        2 * noise_grey**2,
-    )  # fmt: skip
-    assert sorted(photo_of[:used]) == [1, 2, 3, 4]
+    filled = windows_with(value, value)
+    used = sampling.drop_inconsistent_photos(filled, 5, 2 * noise_grey**2)
+    assert sorted(filled.photo_of[:used]) == [1, 2, 3, 4]
 
 
 def test_local_gains_are_those_of_the_formula(painted) -> None:
@@ -468,11 +466,7 @@ def test_local_gains_are_those_of_the_formula(painted) -> None:
     seen_by = np.stack([random.permutation(5) for _ in few]).astype(np.int32)
     seen_by[1, 3:], seen_by[2, 1:] = NO_PHOTO, NO_PHOTO
     at_vertex = np.zeros((8, 5, 4), np.float32)
-    imagery = painted.imagery
-    joint.local_gains(
-        imagery, seen_by, np.stack([p.vertex for p in few]), np.stack([p.axes for p in few]),
-        np.stack([p.quadric for p in few]), np.full(8, STEP_MM), 0.0, at_vertex,
-    )  # fmt: skip
+    joint.local_gains(painted.imagery, seen_by, patches_of(few), 0.0, at_vertex)
     expected = np.stack([gains_of(painted, p, seen) for p, seen in zip(few, seen_by)])
     assert (expected[..., joint.GAIN] > 0).sum() > 15
     assert not expected[2].any(), "one photo measures nothing"
