@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 SURE_SIGMAS = 2.5
 _LETTERS = 7.0
+_WIDTH_OF_LETTER = 0.66
+"""Over its size: of digits and lower case of the usual sans serif, on average, and some air."""
 _ROW_IN = 0.135
 """Height of a row of names."""
 _SIGNED = (ORANGE, "#ffffff", BLUE)
@@ -99,11 +101,14 @@ def bars(names: Sequence[str], values: Sequence[float], unit: str, title: str) -
         known = [value if math.isfinite(value) else 0.0 for value in values]
         top = max(known, default=0.0) or 1.0
         axes.barh(range(len(names)), known, 0.75, color=BLUE)
+        letter = _WIDTH_OF_LETTER * letters / (72.0 * axes.bbox.width / axes.figure.dpi)
+        reach = top
         for row, value in enumerate(values):
             words = f"{value:.3g} {unit}" if math.isfinite(value) else "not known"
-            axes.text(known[row] + 0.015 * top, row, words, va="center", color=PALE_INK,
-                      fontsize=letters)  # fmt: skip
-        axes.set_xlim(0, 1.3 * top)
+            first = known[row] + 0.015 * top
+            axes.text(first, row, words, va="center", color=PALE_INK, fontsize=letters)
+            reach = max(reach, first / max(1 - letter * len(words), 0.1))
+        axes.set_xlim(0, reach)
         axes.set_ylim(len(names) - 0.5, -0.5)
         _name_rows(axes, names)
 

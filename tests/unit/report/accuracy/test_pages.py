@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from tests.unit.report.conftest import papers_of
 
@@ -15,7 +16,7 @@ from limbgram.reconstruction.mapping.scene import Movement
 from limbgram.reconstruction.scale.stated_lengths import TapedGirth
 from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
-from limbgram.report.accuracy.charts import Series, accuracy_pictures, histogram
+from limbgram.report.accuracy.charts import Series, accuracy_pictures, bars, histogram
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.glossary import terms, value_at
 from limbgram.report.accuracy.judgement import without_light
@@ -120,6 +121,18 @@ def test_a_histogram_draws_each_step_where_it_is() -> None:
     xy = steps.get_path().vertices
     assert {tuple(one) for one in xy} >= {(0, 0), (0, 1), (1, 1), (1, 3), (2, 3), (2, 0)}
     assert axes.get_xlabel() == "mm"
+
+
+@pytest.mark.parametrize("values", [(0.0304, 0.000732), (0.0304, math.nan)])
+def test_the_figures_behind_bars_are_not_cut_off(values: tuple[float, float]) -> None:
+    chart = bars(["image measurement", "scale"], values, "mm", "parts of the error")
+    figure = Figure(figsize=(chart.width_in, chart.height_in))
+    chart.draw_at(figure, 0.0, 0.0, chart.width_in, chart.height_in)
+    FigureCanvasAgg(figure).draw()
+    (axes,) = figure.axes
+    ends = [words.get_window_extent().x1 for words in axes.texts]
+    assert len(ends) == 4
+    assert 0.9 * axes.bbox.x1 < max(ends) <= axes.bbox.x1
 
 
 def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
