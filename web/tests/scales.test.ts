@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { bandOf, signed, widthFor, widthOf } from "../src/geometry/scales";
+import { bandOf, widthFor, widthOf } from "../src/geometry/scales";
 
 test("the scale of differences is symmetric, and pale within a quarter of a millimetre", () => {
   expect(bandOf(0.25)).toBe(4);
@@ -15,12 +15,6 @@ test("beyond 4 mm the range doubles", () => {
   expect(widthFor(4)).toBe(1);
   expect(widthFor(4.1)).toBe(2);
   expect(widthFor(9)).toBe(4);
-});
-
-test("a sign is a true minus, and nothing has none", () => {
-  expect(signed(-2)).toBe("−2.0");
-  expect(signed(0.34)).toBe("+0.3");
-  expect(signed(-0.04)).toBe("0.0");
 });
 
 test("the width is that of the largest difference on either side", () => {

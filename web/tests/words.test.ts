@@ -70,6 +70,7 @@ test("what an edit asks for is offered as words where it may be only some, and i
   expect(valueOf("true", field({ expected: "true or false" }))).toBe(true);
   expect(valueOf("0,5", field({ expected: "a number" }))).toBe(0.5);
   expect(valueOf("1 2,5", field({ expected: "a list in brackets", several: true }))).toEqual([1, 2, 5]);
+  expect(valueOf("80,5; 200", field({ expected: "a list in brackets", several: true }))).toEqual([80.5, 200]);
   expect(rangeOf(field({ least: 0, most: 20, above: true, unit: "mm" }))).toBe("Above 0, up to 20\u00a0mm.");
   expect(rangeOf(field({ least: 1, most: 500 }))).toBe("From 1 to 500.");
   expect(rangeOf(field({ least: 0, most: 2000, unit: "mm" }))).toBe("");

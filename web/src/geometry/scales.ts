@@ -30,10 +30,3 @@ export function widthOf(differences_mm: Float32Array): number {
   for (const d of differences_mm) if (Math.abs(d) > most) most = Math.abs(d);
   return widthFor(most);
 }
-
-/** A number with true minus, so many decimals, and a plus where the sign tells. */
-export function signed(value: number, decimals = 1): string {
-  const text = Math.abs(value).toFixed(decimals);
-  if (Number(text) === 0) return text;
-  return (value < 0 ? "−" : "+") + text;
-}

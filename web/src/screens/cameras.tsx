@@ -2,11 +2,12 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { ROOT, Refused, type Schemas, api, note, refusedBy, taken } from "../api/client";
+import { ROOT, type Schemas, api, putFile, taken } from "../api/client";
 import { listen } from "../api/events";
 import figures from "../api/figures.json";
 import { Button, Chip, Confirm, Empty } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { fixed } from "../numbers";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { t, when } from "../texts";
@@ -85,13 +86,16 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
   const path = { params: { path: { camera_id: one.id } } };
   const add = (files: File[]) =>
     act.run(async () => {
-      for (const [i, file] of files.entries()) {
-        sent.value = [i, files.length];
-        if (file.name.endsWith(".json")) await put(`/cameras/${one.id}/file`, file);
-        else await put(`/cameras/${one.id}/photos/${encodeURIComponent(file.name)}`, file);
+      try {
+        for (const [i, file] of files.entries()) {
+          sent.value = [i, files.length];
+          const to = /\.json$/i.test(file.name) ? "file" : `photos/${encodeURIComponent(file.name)}`;
+          await putFile(`/cameras/${one.id}/${to}`, file);
+        }
+      } finally {
+        sent.value = null;
+        onChange();
       }
-      sent.value = null;
-      onChange();
     });
   const calibrate = () =>
     act.run(async () => {
@@ -128,9 +132,9 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       <p class="soft">
         {[
           one.label,
-          one.focal_mm ? `${one.focal_mm.toFixed(1)} mm` : "",
+          one.focal_mm ? `${fixed(one.focal_mm, 1)} mm` : "",
           one.width_px ? `${one.width_px} × ${one.height_px}` : "",
-          one.rms_px ? t("cameras.fit", one.rms_px.toFixed(2)) : "",
+          one.rms_px ? t("cameras.fit", fixed(one.rms_px, 2)) : "",
           one.calibrated ? when(one.calibrated) : "",
         ]
           .filter(Boolean)
@@ -195,16 +199,4 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       </div>
     </section>
   );
-}
-
-async function put(path: string, file: File): Promise<void> {
-  const response = await fetch(`${ROOT}${path}`, {
-    method: "PUT",
-    body: file,
-    headers: { "Content-Type": "application/octet-stream" },
-    credentials: "same-origin",
-  }).catch(() => null);
-  if (!response) throw new Refused("Lost", t("lost"), 0);
-  note(response.status);
-  if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
 }

@@ -1,7 +1,7 @@
 /** The server's words about edits, in the language chosen: a name is the key, numbers are put in. */
 import type { Schemas } from "../api/client";
 import { innermost } from "../design/refusal";
-import { signed } from "../geometry/scales";
+import { fixed, signed, typedAs } from "../numbers";
 import { choiceOf, labelOf, nameOf } from "../edits";
 import { t } from "../texts";
 import { type Finding, term, told } from "../words";
@@ -18,11 +18,11 @@ export function wordsOf(one: Schemas["EditReply"]): { title: string; where: stri
     return {
       title,
       where: templateName(p.learned),
-      amount: `${(100 * Number(p.strength)).toFixed(0)} %`,
+      amount: `${fixed(100 * Number(p.strength), 0)} %`,
       field: null,
     };
   const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
-  return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
+  return { title, where, amount: Number.isFinite(thickness) ? `${typedAs(thickness)} mm` : "", field: null };
 }
 
 /** What a template is called, by its file, which is JSON; nothing of one that no program reads. */
@@ -45,7 +45,7 @@ function numbersOf(one: Schemas["EditReply"]): string {
 function valueOf(kind: string, value: unknown): string {
   if (Array.isArray(value)) return value.map((each) => valueOf(kind, each)).join(", ");
   if (typeof value === "boolean") return t(value ? "yes" : "no");
-  return typeof value === "string" ? (choiceOf(kind, value) ?? term(value)) : String(value);
+  return typeof value === "string" ? (choiceOf(kind, value) ?? term(value)) : typeof value === "number" ? typedAs(value) : String(value);
 }
 
 /** A finding as sentences of their own. */

@@ -5,6 +5,7 @@ import { type Schemas, api, taken } from "../api/client";
 import { Button } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import type { Vec3 } from "../geometry/vectors";
+import { fixed, within } from "../numbers";
 import { useAsked } from "../state/asked";
 import { expert } from "../state/settings";
 import { t } from "../texts";
@@ -20,19 +21,22 @@ export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; o
       ),
     [room.id, ...point],
   );
-  const found = asked.value.value;
+  /** What is known of this very point: nothing of the one before while it is asked for, or where it is refused. */
+  const found = asked.busy.value || asked.refused.value ? null : asked.value.value;
   const sure = found?.within_mm ?? null;
   return (
     <div class="point-card" role="region" aria-label={t("point.title")}>
       <div class="row-head">
-        <b role="status">{found ? (found.filled || sure === null ? t("point.filled") : `± ${sure.toFixed(2)} mm`) : t("loading")}</b>
+        <b role="status">
+          {found ? (found.filled || sure === null ? t("point.filled") : `± ${within(sure, 2)} mm`) : asked.busy.value ? t("loading") : t("point.title")}
+        </b>
         <span class="grow" />
         <Button bare icon="close" class="icon-only" label={t("close")} onClick={onClose} />
       </div>
       <Refusal refused={asked.refused.value} />
       {found && (
         <>
-          <p class="soft">{found.in_limb_mm ? t("point.height", found.in_limb_mm[2].toFixed(1)) : t("point.unaligned")}</p>
+          <p class="soft">{found.in_limb_mm ? t("point.height", fixed(found.in_limb_mm[2], 1)) : t("point.unaligned")}</p>
           {expert.value && (
             <p class="mono">
               {found.position_mm.map((v) => v.toFixed(2)).join(", ")} mm
@@ -71,7 +75,7 @@ function Witnessed({ one }: { one: Schemas["PointPhoto"] }) {
     <figure title={`${one.photo}, ${one.angle_deg.toFixed(0)}°`}>
       <canvas ref={canvas} width={SIDE} height={SIDE} role="img" aria-label={one.photo} />
       <figcaption class="small faint">
-        {one.residual === null || one.residual === undefined ? one.photo.slice(0, 9) : `${(100 * one.residual).toFixed(0)} %`}
+        {one.residual === null || one.residual === undefined ? one.photo.slice(0, 9) : `${fixed(100 * one.residual, 0)} %`}
       </figcaption>
     </figure>
   );

@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { api, taken } from "../api/client";
 import { Button, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { fixed } from "../numbers";
 import { useAct, useAsked } from "../state/asked";
 import { type Theme, expert, setExpert, setTheme, theme } from "../state/settings";
 import { LANGUAGES, type Language, language, setLanguage, t } from "../texts";
@@ -74,7 +75,7 @@ export function SettingsScreen() {
         <h2>{t("settings.program")}</h2>
         {one && (
           <p class="soft">
-            limbgram {one.version}. {t("settings.machine", one.processors, (one.memory_mb / 1024).toFixed(0))} {t("local")}.
+            limbgram {one.version}. {t("settings.machine", one.processors, fixed(one.memory_mb / 1024, 0))} {t(one.network ? "local.clinic" : "local")}.
           </p>
         )}
         <p class="soft">{t("disclaimer")}</p>

@@ -4,8 +4,9 @@
  * The server does an act once, however often it comes (`limbgram.app.idempotency`), so an answer that is lost
  * on the way costs nothing. Acts of one lane (a case) go one after the other, which keeps the order in
  * which a hand made them; what was not answered yet is kept by this tab and goes on after a reload, or
- * while another screen is looked at. It goes on under the name that made it alone. Until its answer is here an act is `pending`: screens show it over
- * what the server said last, and the answer takes its place in the same moment.
+ * while another screen is looked at. It goes on under the name that made it alone. Until its answer is
+ * here an act is `pending`: screens show it over what the server said last, and the answer takes its
+ * place in the same moment.
  */
 import { batch, signal } from "@preact/signals";
 import type { FetchResponse, MaybeOptionalInit } from "openapi-fetch";
@@ -42,8 +43,6 @@ interface Ways<T> {
 }
 
 const KEPT = "limbgram.acts";
-/** What is no answer to an act: the way is lost, nobody is signed in, the page is locked, a server between is busy. */
-const NO_ANSWER = [0, 401, 423, 502, 503, 504];
 const FIRST_WAIT_MS = 400;
 const LONGEST_WAIT_MS = 5000;
 /** After so long the act is sent again: the server answers it once it is done. */
@@ -180,7 +179,7 @@ async function answered(act: Act): Promise<{ readonly found: unknown; readonly r
       const found: unknown = await taken(sent);
       return { found, replayed: (await sent).response.headers.get("Act-Replayed") === "1", sent_ms };
     } catch (error) {
-      if (!(error instanceof Refused) || !NO_ANSWER.includes(error.status)) throw error;
+      if (!(error instanceof Refused) || !error.unanswered) throw error;
       await new Promise((go) => setTimeout(go, wait));
     }
   }

@@ -52,6 +52,18 @@ export function send(caseId: string, files: readonly File[], done: () => void): 
   for (let k = 0; k < AT_ONCE; k++) void work(caseId);
 }
 
+/** What of a case is not with the server yet. */
+export interface Outstanding {
+  readonly onTheirWay: readonly Upload[];
+  readonly refused: readonly Upload[];
+}
+
+/** The uploads of a case without those that the server holds by now. */
+export function outstanding(caseId: string, held: readonly { readonly name: string }[]): Outstanding {
+  const left = (uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && !held.some((photo) => photo.name === one.name));
+  return { onTheirWay: left.filter((one) => one.state !== "refused"), refused: left.filter((one) => one.state === "refused") };
+}
+
 /** Uploads of a case that need no more looking at are forgotten. */
 export function forgetDone(caseId: string): void {
   const rest = (uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && one.state !== "refused");
@@ -110,17 +122,23 @@ async function sendOne(caseId: string, name: string, file: File): Promise<void> 
       }
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      if (error.status !== 0) {
+      if (!error.unanswered) {
         say("refused", from, error.message);
         return;
       }
       say("offline", from);
-      from = await whenBack(caseId, name, file.size);
+      try {
+        from = await whenBack(caseId, name, file.size);
+      } catch (why) {
+        if (!(why instanceof Refused)) throw why;
+        say("refused", from, why.message);
+        return;
+      }
     }
   }
 }
 
-/** Wait until the server answers again; how many bytes of the file it has. */
+/** Wait until the server answers again, or somebody is signed in again; how many bytes of the file it has. */
 async function whenBack(caseId: string, name: string, total: number): Promise<number> {
   for (let looks = 0; ;) {
     await new Promise((go) => setTimeout(go, RETRY_MS));
@@ -131,7 +149,7 @@ async function whenBack(caseId: string, name: string, total: number): Promise<nu
       if (there.bytes < total) return there.bytes;
       if (looks++ >= MOST_LOOKS) return 0;
     } catch (error) {
-      if (!(error instanceof Refused) || error.status !== 0) throw error;
+      if (!(error instanceof Refused) || !error.unanswered) throw error;
     }
   }
 }
@@ -174,7 +192,7 @@ function piece(
     };
     request.onerror = () => {
       link.value = "lost";
-      bad(new Refused("Lost", "", 0));
+      bad(Refused.lost());
     };
     request.send(file.slice(from, to));
   });

@@ -73,6 +73,8 @@ export class Viewer {
   onClick: ((hit: Hit | null) => void) | null = null;
   onHover: ((hit: Hit | null, event: PointerEvent) => void) | null = null;
   onFrame: (() => void) | null = null;
+  /** Told when it becomes parallel or perspective, by a button or a key. */
+  onParallel: ((on: boolean) => void) | null = null;
 
   /** Surfaces shown last: going back to one costs nothing. */
   private kept: Surface[] = [];
@@ -99,6 +101,7 @@ export class Viewer {
   constructor(readonly holder: HTMLElement) {
     this.canvas.className = "limb-canvas";
     this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "application"); // its keys are its own
     holder.prepend(this.canvas);
     this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, powerPreference: "high-performance" });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
@@ -151,6 +154,7 @@ export class Viewer {
     void this.controls.setLookAt(from.x, from.y, from.z, target.x, target.y, target.z, false);
     if (on) void this.controls.zoomTo(this.orthographic.top / (distance * tangent), false);
     this.surface?.inParallel(on);
+    this.onParallel?.(on);
     this.draw();
   }
 

@@ -5,6 +5,7 @@ import { Icon } from "../../design/icons";
 import { Button } from "../../design/parts";
 import { nearestVertex } from "../../geometry/nearest";
 import { triple, vec3 } from "../../geometry/vectors";
+import { within } from "../../numbers";
 import { expert } from "../../state/settings";
 import { t, tOr } from "../../texts";
 import { term } from "../../words";
@@ -70,8 +71,8 @@ function Row(props: RowProps) {
 
 /** How a place stands, in words: guessed, how sure, to be pressed, left out, or where it lies. */
 function stateOf({ placing: { armed, left, known }, name, place, guess }: RowProps): string {
-  if (guess) return t(`align.guess.${guess.by}`, guess.within_mm?.toFixed(1) ?? "");
-  if (place) return place.within_mm ? `± ${place.within_mm.toFixed(2)} mm` : "";
+  if (guess) return t(`align.guess.${guess.by}`, within(guess.within_mm, 1));
+  if (place) return place.within_mm ? `± ${within(place.within_mm, 2)} mm` : "";
   if (armed.value === name) return t("align.press");
   if (left.value.has(name)) return t("align.left");
   const facing = known.find((one) => one.name === name)?.facing;

@@ -107,7 +107,7 @@ function State({ subject, placing }: { subject: Subject; placing: Placing }) {
 /** Keep what a hand turned, go on, or set the axes. */
 function Next({ subject, axes }: { subject: Subject; axes: Axes }) {
   const { room, aligned, act } = subject;
-  const { byHand, flipped, front, lacks } = axes;
+  const { byHand, chosenAnew, lacks } = axes;
   if (!isStill(byHand.value))
     return (
       <div class="next">
@@ -121,7 +121,7 @@ function Next({ subject, axes }: { subject: Subject; axes: Axes }) {
         </p>
       </div>
     );
-  if (aligned && !flipped.value && !front.value)
+  if (aligned && !chosenAnew)
     return (
       <div class="next">
         <Button go big trailing="next" onClick={() => go(href.step(room.id, "measure"))}>

@@ -4,10 +4,11 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import { type Schemas, api, taken } from "../../api/client";
 import { newOffer, perform } from "../../state/acts";
 import { type Asked, useAct, useAsked } from "../../state/asked";
-import { type Choices, boardOf, choicesOf, keepChoices, rulerOf, tapesOf } from "../../state/choices";
+import { type Choices, boardOf, choicesOf, jobOf, keepChoices, rulerOf } from "../../state/choices";
 import { go, href } from "../../state/route";
-import { type Upload, send, uploads } from "../../state/uploads";
+import { type Outstanding, outstanding, send } from "../../state/uploads";
 import type { Room } from "../room";
+import { goes } from "./banner-words";
 
 /** Photos come one after the other: they are checked once they rest. */
 const REST_MS = 600;
@@ -22,8 +23,8 @@ export interface Capture {
   readonly choices: Choices;
   /** Held by the server. */
   readonly here: readonly Schemas["Photo"][];
-  /** On their way. */
-  readonly coming: readonly Upload[];
+  /** Not held by it: on their way, or refused. */
+  readonly coming: Outstanding;
   /** Whether the photos as they are now do. */
   readonly goes: boolean;
   readonly act: ReturnType<typeof useAct>;
@@ -48,8 +49,7 @@ export function useCapture(room: Room): Capture {
   const list = photos.value.value;
   const said = check.value.value;
   const here = list?.photos.filter((one) => one.state !== "arriving") ?? [];
-  const moving = (uploads.value.get(room.id) ?? []).filter((one) => one.state !== "here");
-  const coming = moving.filter((one) => !here.some((photo) => photo.name === one.name));
+  const coming = outstanding(room.id, here);
 
   const askCheck = () =>
     void act.run(async () => {
@@ -91,21 +91,11 @@ export function useCapture(room: Room): Capture {
   const compute = () =>
     void act.run(async () => {
       keepChoices(room.id, { ruler_mm: rulerOf(choices) });
-      const { cameras: ids, poisson, unscaled } = choices;
-      const body: Schemas["JobOptions"] = {
-        cameras: [...ids],
-        board: boardOf(room.id),
-        surface: poisson ? "poisson" : "ball-pivoting",
-        unscaled,
-        distances: [],
-        tapes: tapesOf(choices),
-        triangles: 500_000,
-      };
+      const body = jobOf(room.id);
       await perform(room.id, "post", "/api/v1/cases/{case_id}/job", { ...path, body }, { id: run.idOf(body) });
       run.over();
       go(href.step(room.id, "result"));
     });
 
-  const goes = said?.answer?.go === true && said.current;
-  return { room, photos, check, cameras: cameras.value.value ?? [], choices, here, coming, goes, act, add, arrived, askCheck, choose, compute };
+  return { room, photos, check, cameras: cameras.value.value ?? [], choices, here, coming, goes: goes(said), act, add, arrived, askCheck, choose, compute };
 }

@@ -11,15 +11,16 @@ type Check = Schemas["Check"];
 export function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void) | null }) {
   const answer = said?.answer;
   const running = said?.state === "running";
+  const check = onCheck && !running && !(answer && said?.current) && (
+    <div class="acts">
+      <Button onClick={onCheck}>{t("capture.check.now")}</Button>
+    </div>
+  );
   if (!answer)
     return (
       <section class="soft small-note">
         <p>{running ? t("capture.checking.why") : t("capture.check.later")}</p>
-        {onCheck && !running && (
-          <div class="acts">
-            <Button onClick={onCheck}>{t("capture.check.now")}</Button>
-          </div>
-        )}
+        {check}
       </section>
     );
   return (
@@ -39,6 +40,7 @@ export function Findings({ said, onCheck }: { said: Check | null; onCheck: (() =
           <List found={answer.notes} />
         </>
       )}
+      {check}
     </section>
   );
 }

@@ -3,10 +3,11 @@ import { ROOT, type Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
+import { bytes } from "../../numbers";
 import { perform } from "../../state/acts";
 import { useAct } from "../../state/asked";
 import type { Upload } from "../../state/uploads";
-import { bytes, t } from "../../texts";
+import { t, tOr } from "../../texts";
 import { told } from "../../words";
 import { remarkInShort, remarkWords } from "../coach-words";
 import type { Room } from "../room";
@@ -44,6 +45,9 @@ export function PhotoTile({ room, photo, said, number, on, onClick }: PhotoProps
   );
 }
 
+/** What a part of a photo's header is called. */
+const headerName = (part: string): string => tOr(`header.${part}`, part);
+
 /** A photo on its way. */
 export function UploadTile({ one }: { one: Upload }) {
   return (
@@ -77,8 +81,8 @@ export function PhotoNote({ room, photo, said, onGone }: PhotoProps & { onGone: 
         {[
           photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "",
           bytes(photo.bytes),
-          photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : "",
-          photo.kept.length ? t("capture.kept.one", photo.kept.join(", ")) : "",
+          photo.removed.length ? t("capture.removed", photo.removed.map(headerName).join(", ")) : "",
+          photo.kept.length ? t("capture.kept.one", photo.kept.map(headerName).join(", ")) : "",
         ]
           .filter(Boolean)
           .join(". ")}

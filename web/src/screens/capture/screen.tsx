@@ -9,18 +9,21 @@ import { useRef } from "preact/hooks";
 import { Icon } from "../../design/icons";
 import { Button, Confirm, Notice } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
+import { bytes } from "../../numbers";
 import { tapeLacks } from "../../state/choices";
 import { go, href } from "../../state/route";
-import { filesOf, forgetDone } from "../../state/uploads";
-import { bytes, t } from "../../texts";
+import { filesOf } from "../../state/uploads";
+import { t } from "../../texts";
 import { CaptureOptions } from "./options";
-import { coachWords } from "../coach-words";
+import { checkWords } from "../coach-words";
 import { Dial, HIGH_DEG } from "../dial";
 import { Expected } from "../expected";
 import { FromPhone } from "../from-phone";
+import { RefusedFiles } from "../refused-files";
 import type { RoomProps } from "../room";
 import { additions, dialOf } from "./asked";
-import { Banner, isBusy } from "./banner";
+import { Banner } from "./banner";
+import { isBusy } from "./banner-words";
 import { type Capture, LEAST_PHOTOS, useCapture } from "./capture";
 import { Findings } from "./findings";
 import { HowToStand } from "./how-to-stand";
@@ -33,9 +36,9 @@ export function CaptureScreen({ room }: RoomProps) {
   const { here, coming, choices, check, goes, act } = capture;
   const few =
     here.length < LEAST_PHOTOS
-      ? t("capture.few", here.length)
-      : coming.length
-        ? t("capture.coming", coming.length)
+      ? t("capture.few", here.length, LEAST_PHOTOS)
+      : coming.onTheirWay.length
+        ? t("capture.coming", coming.onTheirWay.length)
         : tapeLacks(choices)
           ? t("options.tape.lacks")
           : null;
@@ -105,7 +108,7 @@ function Photos({ capture }: { capture: Capture }) {
             onClick={() => (chosen.value = photo === one ? null : one.name)}
           />
         ))}
-        {coming.map((one) => (
+        {[...coming.onTheirWay, ...coming.refused].map((one) => (
           <UploadTile key={one.name} one={one} />
         ))}
         {!goes &&
@@ -160,7 +163,8 @@ const keptOf = ({ here }: Capture): number => here.filter((one) => one.kept.leng
 
 /** How many photos and bytes are here, of how many. */
 function Count({ capture }: { capture: Capture }) {
-  const { photos, here, coming } = capture;
+  const { photos, here } = capture;
+  const coming = capture.coming.onTheirWay;
   const held = photos.value.value?.bytes ?? null;
   const more = coming.reduce((sum, one) => sum + one.total - one.sent, 0);
   return (
@@ -179,26 +183,18 @@ function Count({ capture }: { capture: Capture }) {
 
 /** What was refused, what a header keeps, what waits for the network. */
 function Notices({ capture }: { capture: Capture }) {
-  const { room, coming } = capture;
-  const refused = coming.filter((one) => one.state === "refused");
+  const { room } = capture;
+  const { onTheirWay, refused } = capture.coming;
   const kept = keptOf(capture);
   return (
     <>
-      {refused.length > 0 && (
-        <Notice tone="red" title={t("capture.refused.some")} action={<Button onClick={() => forgetDone(room.id)}>{t("close")}</Button>}>
-          {refused.map((one) => (
-            <p key={one.name}>
-              <b>{one.name}</b>: {one.message}
-            </p>
-          ))}
-        </Notice>
-      )}
+      <RefusedFiles caseId={room.id} refused={refused} />
       {kept > 0 && (
         <Notice tone="amber" title={t("capture.kept", kept)}>
           {t("capture.kept.why")}
         </Notice>
       )}
-      {coming.some((one) => one.state === "offline") && <Notice tone="amber" title={t("capture.waiting", coming.length)} />}
+      {onTheirWay.some((one) => one.state === "offline") && <Notice tone="amber" title={t("capture.waiting", onTheirWay.length)} />}
     </>
   );
 }
@@ -220,7 +216,7 @@ function Coach({ capture, few, busy }: { capture: Capture; few: string | null; b
             <span class="grow" />
             <span class="small faint">{t("dial.how")}</span>
           </div>
-          <Dial data={dialOf(answer)} label={answer ? coachWords(answer).lead : t("dial.none")} />
+          <Dial data={dialOf(answer)} label={said && answer ? checkWords(said, answer).lead : t("dial.none")} />
           <p class="dial-legend small soft">
             <span>{t("dial.outer", HIGH_DEG)}</span>
             <span>{t("dial.inner")}</span>

@@ -2,14 +2,15 @@
 import type { Signal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 
-import { ROOT, Refused, api, note, refusedBy, taken } from "../../api/client";
+import { api, putFile, taken } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { shapeFiles } from "../../formats";
 import { kindName } from "../../limb-kinds";
+import { bytes } from "../../numbers";
 import { perform } from "../../state/acts";
 import { useAct, useAsked } from "../../state/asked";
-import { bytes, t } from "../../texts";
+import { t } from "../../texts";
 import { wordsOf } from "../edit-words";
 import type { Room } from "../room";
 import { type Against, keyOf } from "./against";
@@ -37,7 +38,7 @@ export function OtherShape({ room, against, scan, before }: Props) {
   const send = (file: File) =>
     act.run(async () => {
       const name = nameOf(file.name);
-      await sent(room.id, name, file);
+      await putFile(`/cases/${room.id}/shapes/${encodeURIComponent(name)}`, file);
       await files.again();
       against.value = { what: "file", name };
     });
@@ -99,16 +100,4 @@ export function OtherShape({ room, against, scan, before }: Props) {
       <Refusal refused={act.refused.value ?? others.refused.value ?? recipe.refused.value ?? files.refused.value} />
     </section>
   );
-}
-
-async function sent(id: string, name: string, file: File): Promise<void> {
-  const response = await fetch(`${ROOT}/cases/${id}/shapes/${encodeURIComponent(name)}`, {
-    method: "PUT",
-    body: file,
-    headers: { "Content-Type": "application/octet-stream" },
-    credentials: "same-origin",
-  }).catch(() => null);
-  if (!response) throw new Refused("Lost", t("lost"), 0);
-  note(response.status);
-  if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
 }

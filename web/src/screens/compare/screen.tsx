@@ -33,12 +33,14 @@ export function CompareScreen({ room }: RoomProps) {
   const against = useSignal<Against | null>(edited ? { what: "scan" } : null);
   const way = useSignal<Way>("auto");
   const spacing_mm = useSignal(20);
-  const found = useAsked(
-    async () => (against.value ? await compared(room.id, of.value, against.value, way.value, spacing_mm.value) : null),
-    [room.id, of.value, against.value, way.value, spacing_mm.value, room.news.work],
-  );
+  const found = useAsked(async () => {
+    const other = against.value;
+    return other && { ...(await compared(room.id, of.value, other, way.value, spacing_mm.value)), against: other };
+  }, [room.id, of.value, against.value, way.value, spacing_mm.value, room.news.work]);
   const one = found.value.value;
   const busy = found.busy.value;
+  /** What the map and the figures are of: while another one is asked for, and where that is refused, the one before. */
+  const laidOn = t("compare.against", wordsFor(one?.against ?? null));
   const shown = useMemo<Shown | null>(
     () =>
       one
@@ -59,7 +61,7 @@ export function CompareScreen({ room }: RoomProps) {
         modes={["difference", "surface"]}
         level={level}
         keys={t("compare.keys")}
-        against={t("compare.against", wordsFor(against.value))}
+        against={laidOn}
         ends={[t("compare.smaller"), t("compare.larger")]}
         hatched={one?.values.some((v) => !Number.isFinite(v)) ? t("compare.nothing.near") : undefined}
       >
@@ -84,10 +86,10 @@ export function CompareScreen({ room }: RoomProps) {
       <aside class="pane" aria-label={t("compare")}>
         <h1 class="unseen">{t("compare")}</h1>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
-          {one && <Answer figures={one.figures} busy={busy} />}
+          {one && <Answer figures={one.figures} against={laidOn} busy={busy} />}
           {one && one.figures.notes.length > 0 && (
             <section>
-              <h3>{t("compare.notes")}</h3>
+              <h3>{t("find.notes")}</h3>
               <ul class="findings small-note soft">
                 {one.figures.notes.map(told).map((text) => (
                   <li key={text}>{text}</li>

@@ -4,10 +4,11 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Button, Notice, NumberField, Switch } from "../../design/parts";
-import { signed } from "../../geometry/scales";
+import { signed } from "../../numbers";
+import { expert } from "../../state/settings";
 import { t } from "../../texts";
 import { said, wordsOf } from "../edit-words";
-import type { Shown } from "../recipe-acts";
+import { type Shown, movedTo } from "../recipe-acts";
 import { toneOf } from "./effect";
 import { type Ledgered, changed } from "./ledger";
 import type { RecipeChanges } from "./recipe-changes";
@@ -27,6 +28,10 @@ export function RecipeList({ book, listed, recipe }: ListProps) {
   const { fits, notes } = book.recipe;
   const unknown = listed === null;
   const edits = listed ?? book.recipe.edits.map((one): Shown => ({ ...one, was: null }));
+  const change = (number: number, body: Schemas["EditChange"]) => {
+    if (chosen.value !== null && body.number) chosen.value = movedTo(chosen.value, number, body.number);
+    recipe.change(number, body);
+  };
   const remove = (number: number) => {
     chosen.value = null; // the next edit has its number now
     recipe.remove(number);
@@ -49,7 +54,7 @@ export function RecipeList({ book, listed, recipe }: ListProps) {
             line={lines.find((line) => line.number === one.was)}
             chosen={chosen.value === one.number}
             onChoose={(on) => (chosen.value = on ? one.number : null)}
-            onChange={recipe.change}
+            onChange={change}
             onRemove={remove}
           />
         ))}
@@ -131,6 +136,9 @@ function Grip({ number, count, onChange }: Pick<RowProps, "count" | "onChange"> 
     if (!by || to < 1 || to > count) return;
     event.preventDefault();
     onChange(number, { number: to });
+    // The rows stay where they are and what they show moves: so does the focus.
+    const row = (event.currentTarget as HTMLElement).closest("li");
+    (by < 0 ? row?.previousElementSibling : row?.nextElementSibling)?.querySelector<HTMLElement>(".grip")?.focus();
   };
   return (
     <button type="button" class="grip" aria-label={t("recipe.move", number)} onKeyDown={onKey}>
@@ -156,13 +164,13 @@ function More({ one, line, onChange, onRemove }: Pick<RowProps, "one" | "line" |
           onChange={(depth_mm) => onChange(one.number, { parameters: { ...parameters, depth_mm } as never })}
         />
       )}
-      <p class="small faint">{one.text}</p>
+      {expert.value && <p class="mono">{one.text}</p>}
       {line?.told.map((finding) => (
         <p key={said(finding)} class="small faint">
           {said(finding)}
         </p>
       ))}
-      <Button onClick={() => onRemove(one.number)}>{t("recipe.remove")}</Button>
+      <Button onClick={() => onRemove(one.number)}>{t("capture.remove")}</Button>
     </div>
   );
 }

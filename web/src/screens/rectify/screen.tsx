@@ -123,8 +123,8 @@ function ToolForm({ workspace, girth }: { workspace: Workspace; girth: Girth | n
           waits={waits}
           refused={refused}
           busy={busy}
-          onTry={(body) => edit.tryNew({ ...body, parameters: { ...body.parameters } })}
-          onKeep={(body) => void recipe.add({ ...body, parameters: { ...body.parameters } })}
+          onTry={edit.tryNew}
+          onKeep={(body) => void recipe.add(body)}
           onDrop={edit.drop}
         />
       )}

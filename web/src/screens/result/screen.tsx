@@ -12,6 +12,7 @@ import { Button, Notice } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { type Sureness, surenessOf } from "../../geometry/sureness";
 import { type Vec3, apply, xyz } from "../../geometry/vectors";
+import { fixed, within } from "../../numbers";
 import { perform } from "../../state/acts";
 import { useAct, useAsked } from "../../state/asked";
 import { go, href } from "../../state/route";
@@ -157,16 +158,16 @@ function Figures({ measured, photos }: { measured: Sureness; photos: number }) {
     <div class="fig">
       <div>
         <h3>{t("fig.measured")}</h3>
-        <b>{(100 * measured.share).toFixed(all ? 0 : 1)} %</b>
-        <span class="small faint">{all ? t("fig.nothing.filled") : t("fig.filled", (100 - 100 * measured.share).toFixed(1))}</span>
+        <b>{fixed(100 * measured.share, all ? 0 : 1)} %</b>
+        <span class="small faint">{all ? t("fig.nothing.filled") : t("fig.filled", fixed(100 - 100 * measured.share, 1))}</span>
       </div>
       <div>
         <h3>{t("fig.sure")}</h3>
-        <b>± {measured.typical.toFixed(2)} mm</b>
+        <b>± {within(measured.typical, 2)} mm</b>
         <span class="small faint">{t("fig.sure.half")}</span>
       </div>
       <div>
-        <h3>{t("fig.photos")}</h3>
+        <h3>{t("held.photos")}</h3>
         <b>{photos}</b>
         <span class="small faint">{t("fig.photos.sent")}</span>
       </div>
@@ -181,7 +182,7 @@ function LeastSure({ measured, limb, onShow }: { measured: Sureness; limb: Limb;
     <div class="todo">
       <Icon name="eye" />
       <span>
-        {t("result.least", measured.worst_mm.toFixed(1), height_mm.toFixed(0))}{" "}
+        {t("result.least", within(measured.worst_mm, 1), fixed(height_mm, 0))}{" "}
         <button type="button" class="linkish" onClick={() => onShow(measured)}>
           {t("result.show")}
         </button>

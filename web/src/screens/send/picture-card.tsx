@@ -11,16 +11,17 @@ import type { Export } from "./export";
 
 interface Props {
   readonly made: Export;
+  readonly step: number;
   readonly roomId: string;
   /** Whether the shape is open, no solid. */
   readonly shell: boolean;
 }
 
-export function PictureCard({ made, roomId, shell }: Props) {
+export function PictureCard({ made, step, roomId, shell }: Props) {
   const shown = exportKinds.value.find((one) => one.kind === made.kind.value);
   const w = made.written.value;
   return (
-    <Card step={3} done={made.held.value} title={t("send.picture")} aside={t("send.picture.from")}>
+    <Card step={step} done={made.held.value} title={t("send.picture")} aside={t("send.picture.from")}>
       {made.act.busy.value && (
         <p class="soft" role="status">
           {t("send.writing")}

@@ -26,13 +26,13 @@ export function SendScreen({ room }: RoomProps) {
     <div class="work">
       <main class="send-main" id="content" tabIndex={-1}>
         <div>
-          <h1>{t("send.title")}</h1>
+          <h1>{t("step.send")}</h1>
           <p class="soft">{t("send.how")}</p>
         </div>
         <KindCard made={made} />
-        {!made.torso && <SideCard made={made} />}
-        {made.red && <SignerCard made={made} />}
-        <PictureCard made={made} roomId={room.id} shell={ledger.value.value?.solid === false} />
+        {!made.torso && <SideCard made={made} step={2} />}
+        {made.red && <SignerCard made={made} step={made.torso ? 2 : 3} />}
+        <PictureCard made={made} step={2 + Number(!made.torso) + Number(made.red)} roomId={room.id} shell={ledger.value.value?.solid === false} />
       </main>
       <aside class="pane" aria-label={t("send.file")}>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
