@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { useEffect } from "preact/hooks";
 
-import { api, link, taken } from "./api/client";
+import { api, link, answerOf } from "./api/client";
 import { listen } from "./api/events";
 import { Shell } from "./design/shell";
 import { Button, Notice } from "./design/parts";
@@ -14,16 +14,16 @@ import { headOf } from "./screens/case-head";
 import { CasesScreen } from "./screens/cases";
 import { HelpPanel } from "./screens/help";
 import { PhoneScreen } from "./screens/phone";
-import type { RoomProps } from "./screens/room";
+import type { CaseProps } from "./screens/open-case";
 import { SettingsScreen } from "./screens/settings";
 import { forgotten, isOfFiles, missed, pending, perform } from "./state/acts";
-import { useAct, useAsked } from "./state/asked";
+import { useAct, useQuery } from "./state/requests";
 import { useLoaded } from "./state/loaded";
 import { type Page, href, place } from "./state/route";
 import { t } from "./texts";
 import { type Finding, told } from "./words";
 
-type Screen = ComponentType<RoomProps>;
+type Screen = ComponentType<CaseProps>;
 /** From when on it is said that something is not kept yet. */
 const LATE_MS = 2500;
 
@@ -60,15 +60,15 @@ export function App() {
     return <CaseScreen key={here.id} id={here.id} step={here.step} helping={helping.value} onHelp={() => (helping.value = !helping.value)} />;
   return (
     <Shell place={here} head={null} helping={helping.value} onHelp={() => (helping.value = !helping.value)}>
-      <Around helping={helping.value} topic={here.at} onClose={() => (helping.value = false)}>
+      <WithNotices helping={helping.value} topic={here.at} onClose={() => (helping.value = false)}>
         {here.at === "cameras" ? <CameraScreen /> : here.at === "settings" ? <SettingsScreen /> : <CasesScreen />}
-      </Around>
+      </WithNotices>
     </Shell>
   );
 }
 
 /** What lies round a screen: help beside it, and what is wrong with the way to the program. */
-function Around({ children, helping, topic, onClose }: { children: preact.ComponentChildren; helping: boolean; topic: string; onClose: () => void }) {
+function WithNotices({ children, helping, topic, onClose }: { children: preact.ComponentChildren; helping: boolean; topic: string; onClose: () => void }) {
   const waits = useWaiting();
   const cases = eachOnce(forgotten.value.map((one) => one.lane.split(" ")[0]));
   return (
@@ -128,15 +128,15 @@ function useWaiting(): number {
 }
 
 function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; helping: boolean; onHelp: () => void }) {
-  const asked = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}", { params: { path: { case_id: id } } })), [id]);
-  const news = useSignal<Readonly<Record<string, number>>>({});
+  const asked = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}", { params: { path: { case_id: id } } })), [id]);
+  const changes = useSignal<Readonly<Record<string, number>>>({});
   const CaseStep = useLoaded(step, (wanted) => SCREENS[wanted]());
   useEffect(
     () =>
       listen(`/cases/${encodeURIComponent(id)}/events`, (changed) => {
-        const counts = { ...news.value };
+        const counts = { ...changes.value };
         for (const subject of changed) counts[subject] = (counts[subject] ?? 0) + 1;
-        news.value = counts;
+        changes.value = counts;
         void asked.again();
       }),
     [id],
@@ -148,7 +148,7 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
   }, [title]);
   return (
     <Shell place={{ at: "case", id, step }} head={headOf(id, one)} helping={helping} onHelp={onHelp}>
-      <Around helping={helping} topic={step} onClose={onHelp}>
+      <WithNotices helping={helping} topic={step} onClose={onHelp}>
         {one && one.unreadable.length > 0 && <Unreadable id={id} found={one.unreadable} again={asked.again} />}
         {asked.refused.value && !one ? (
           <main class="cases" id="content" tabIndex={-1}>
@@ -162,13 +162,13 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
             />
           </main>
         ) : one && CaseStep ? (
-          <CaseStep room={{ id, info: one, news: news.value, again: asked.again }} />
+          <CaseStep openCase={{ id, info: one, changes: changes.value, again: asked.again }} />
         ) : (
           <main id="content" class="waiting" aria-busy="true">
             <span class="unseen">{t("loading")}</span>
           </main>
         )}
-      </Around>
+      </WithNotices>
     </Shell>
   );
 }

@@ -14,7 +14,7 @@ test("axes that were set by the way somebody looked are set: the next thing is t
   const { useAxes } = await import("../src/screens/align/axes");
   const nothing = async () => {};
   const subject = {
-    room: { id: "K7Q-4F2", again: nothing },
+    openCase: { id: "K7Q-4F2", again: nothing },
     limb: null,
     aligned: true,
     kind: "transtibial",

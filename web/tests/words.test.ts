@@ -77,13 +77,13 @@ test("what an edit asks for is offered as words where it may be only some, and i
 });
 
 test("an edit that nobody here knows is called as the server says, in the language chosen", async () => {
-  const { wordsOf } = await import("../src/screens/edit-words");
-  const { kinds } = await import("../src/edits");
+  const { summaryOf } = await import("../src/screens/edit-words");
+  const { editKinds } = await import("../src/edits");
   const { setLanguage } = await import("../src/texts");
   const one = { number: 1, kind: "twist", on: true, accept: [], parameters: { by_deg: 3, about: "ankle" }, telling: ["by_deg", "about"], text: "" };
-  expect(wordsOf(one)).toMatchObject({ title: "twist", where: "by_deg 3; about ankle" });
+  expect(summaryOf(one)).toMatchObject({ title: "twist", where: "by_deg 3; about ankle" });
   const words = (name: string, by: string, ankle: string) => ({ name, group: "", does: "", labels: { by_deg: by, about: "" }, help: {}, choices: { ankle } });
-  kinds.value = [
+  editKinds.value = [
     {
       kind: "twist",
       group: "ends",
@@ -95,11 +95,11 @@ test("an edit that nobody here knows is called as the server says, in the langua
       words: { en: words("Twist", "By", "the ankle"), de: words("Verdrehen", "Um", "das Sprunggelenk") },
     },
   ];
-  expect(wordsOf(one)).toMatchObject({ title: "Twist", where: "By 3;  the ankle" });
+  expect(summaryOf(one)).toMatchObject({ title: "Twist", where: "By 3;  the ankle" });
   setLanguage("de");
-  expect(wordsOf(one)).toMatchObject({ title: "Verdrehen", where: "Um 3;  das Sprunggelenk" });
+  expect(summaryOf(one)).toMatchObject({ title: "Verdrehen", where: "Um 3;  das Sprunggelenk" });
   setLanguage("en");
-  kinds.value = [];
+  editKinds.value = [];
 });
 
 test("two files of one limb are told apart by what they are made of", async () => {

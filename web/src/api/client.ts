@@ -23,7 +23,7 @@ export const ROOT = `${location.origin}/api/v1`;
 
 api.use({
   onResponse({ response }) {
-    note(response.status);
+    noteStatus(response.status);
   },
   onError() {
     link.value = "lost";
@@ -34,7 +34,7 @@ api.use({
 const NO_ANSWER: readonly number[] = [0, 401, 423, 502, 503, 504];
 
 /** Keep what a status says of the way to the server. */
-export function note(status: number): void {
+export function noteStatus(status: number): void {
   if (status === 401 || status === 423) link.value = "locked";
   else if (status > 0) link.value = "open";
 }
@@ -75,7 +75,7 @@ interface Answer<T> {
 }
 
 /** The answer of a call, or a `Refused` thrown with the server's sentences. */
-export async function taken<T>(call: Promise<Answer<T>>): Promise<T> {
+export async function answerOf<T>(call: Promise<Answer<T>>): Promise<T> {
   let answer: Answer<T>;
   try {
     answer = await call;
@@ -114,7 +114,7 @@ export async function bytesOf(path: string, init: RequestInit = {}): Promise<Byt
     link.value = "lost";
     throw Refused.lost();
   }
-  note(response.status);
+  noteStatus(response.status);
   const unchanged = response.status === 304;
   if (!response.ok && !unchanged) throw refusedBy(response.status, await response.json().catch(() => null));
   return { bytes: await response.arrayBuffer(), tag: response.headers.get("etag") ?? "", unchanged };

@@ -2,14 +2,14 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { ROOT, type Schemas, api, putFile, taken } from "../api/client";
+import { ROOT, type Schemas, api, putFile, answerOf } from "../api/client";
 import { listen } from "../api/events";
 import figures from "../api/figures.json";
 import { Button, Chip, Confirm, Empty } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { fixed } from "../numbers";
 import { newOffer, perform } from "../state/acts";
-import { useAct, useAsked } from "../state/asked";
+import { useAct, useQuery } from "../state/requests";
 import { t, when } from "../texts";
 import { told } from "../words";
 import { BoardForm, CHECKERBOARD } from "./board-form";
@@ -17,7 +17,7 @@ import { BoardForm, CHECKERBOARD } from "./board-form";
 type Camera = Schemas["CameraReply"];
 
 export function CameraScreen() {
-  const asked = useAsked(() => taken(api.GET("/api/v1/cameras", {})), []);
+  const asked = useQuery(() => answerOf(api.GET("/api/v1/cameras", {})), []);
   const name = useSignal("");
   const making = useSignal(false);
   const act = useAct();

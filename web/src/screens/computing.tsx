@@ -5,7 +5,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { type Schemas, api, bytesOf, taken } from "../api/client";
+import { type Schemas, api, bytesOf, answerOf } from "../api/client";
 import { decodeBlocks, surfaceOf } from "../api/blocks";
 import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
@@ -13,23 +13,23 @@ import { Refusal } from "../design/refusal";
 import { guessFrame } from "../geometry/guess";
 import { duration } from "../numbers";
 import { perform } from "../state/acts";
-import { useAct, useAsked } from "../state/asked";
+import { useAct, useQuery } from "../state/requests";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
 import { t, tOr } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode } from "../viewer/surface";
 import { inParts } from "../words";
-import { Dots } from "./dots";
-import type { Room } from "./room";
+import { PointCloud } from "./point-cloud";
+import type { OpenCase } from "./open-case";
 
 type Job = Schemas["JobReply"];
 
 const ANNOUNCED_MS = 10_000;
 
-export function Computing({ room, onLook }: { room: Room; onLook: (() => void) | null }) {
-  const path = { params: { path: { case_id: room.id } } };
-  const job = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/job", path)), [room.id, room.news.job, room.info.state]);
+export function Computing({ openCase, onLook }: { openCase: OpenCase; onLook: (() => void) | null }) {
+  const path = { params: { path: { case_id: openCase.id } } };
+  const job = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/job", path)), [openCase.id, openCase.changes.job, openCase.info.state]);
   const act = useAct();
   const stopping = useSignal(false);
   const one = job.value.value;
@@ -39,8 +39,8 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
   const call = (what: "pause" | "resume" | "cancel") =>
     act.run(async () => {
       stopping.value = false;
-      await perform(room.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put, again: job.again, askedSince: job.askedSince });
-      await room.again();
+      await perform(openCase.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put, again: job.again, askedSince: job.askedSince });
+      await openCase.again();
     });
 
   if (!one || one.state === "none")
@@ -52,7 +52,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
             tone="plain"
             title={t("result.none")}
             action={
-              <a class="btn" href={href.step(room.id, "capture")}>
+              <a class="btn" href={href.step(openCase.id, "capture")}>
                 {t("next.capture")}
               </a>
             }
@@ -64,7 +64,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
   const failed = hasFailed(one);
   return (
     <div class="work">
-      <Arriving room={room} job={one} failed={failed} />
+      <Arriving openCase={openCase} job={one} failed={failed} />
       <aside class="pane" aria-label={t("step.result")}>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
@@ -101,7 +101,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
         <div class="next">
           <JobButtons
             job={one}
-            caseId={room.id}
+            caseId={openCase.id}
             onPause={() => void call("pause")}
             onResume={() => void call("resume")}
             onStop={() => (stopping.value = true)}
@@ -251,25 +251,25 @@ function useElapsed(job: Job | null): number {
 }
 
 /** What is there already: cameras and points, then the surface. */
-function Arriving({ room, job, failed }: { room: Room; job: Job; failed: boolean }) {
+function Arriving({ openCase, job, failed }: { openCase: OpenCase; job: Job; failed: boolean }) {
   const mode = useSignal<Mode>("surface");
   const { there } = job;
-  const path = { params: { path: { case_id: room.id } } };
-  const shape = useAsked(async (): Promise<Shown | null> => {
+  const path = { params: { path: { case_id: openCase.id } } };
+  const shape = useQuery(async (): Promise<Shown | null> => {
     if (!there.surface || failed) return null;
-    const { bytes } = await bytesOf(`/cases/${room.id}/job/surface`);
+    const { bytes } = await bytesOf(`/cases/${openCase.id}/job/surface`);
     const surface = surfaceOf(decodeBlocks(bytes));
     return { surface, frame: guessFrame(surface.positions, surface.indices), aligned: false };
-  }, [room.id, there.surface, failed, isDone(job, "measure")]);
-  const dots = useAsked(async () => {
+  }, [openCase.id, there.surface, failed, isDone(job, "measure")]);
+  const dots = useQuery(async () => {
     if (failed || !(there.cameras || there.cloud)) return null;
-    const cameras = there.cameras ? await taken(api.GET("/api/v1/cases/{case_id}/job/cameras", path)) : [];
-    const cloud = there.cloud ? decodeBlocks((await bytesOf(`/cases/${room.id}/job/cloud?most=30000`)).bytes) : null;
+    const cameras = there.cameras ? await answerOf(api.GET("/api/v1/cases/{case_id}/job/cameras", path)) : [];
+    const cloud = there.cloud ? decodeBlocks((await bytesOf(`/cases/${openCase.id}/job/cloud?most=30000`)).bytes) : null;
     return { cameras, cloud };
-  }, [room.id, there.cameras, there.cloud, failed]);
+  }, [openCase.id, there.cameras, there.cloud, failed]);
   if (shape.value.value)
     return <Stage shown={shape.value.value} label={t("stage.limb")} mode={mode} modes={["surface", "photo", "sure"]} keys={t("job.keys.surface")} />;
-  if (dots.value.value) return <Dots cameras={dots.value.value.cameras} cloud={dots.value.value.cloud} />;
+  if (dots.value.value) return <PointCloud cameras={dots.value.value.cameras} cloud={dots.value.value.cloud} />;
   return (
     <main class="stage" id="content" tabIndex={-1}>
       <div class="empty">

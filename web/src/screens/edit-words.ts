@@ -2,15 +2,15 @@
 import type { Schemas } from "../api/client";
 import { innermost } from "../design/refusal";
 import { fixed, signed, typedAs } from "../numbers";
-import { choiceOf, labelOf, nameOf } from "../edits";
+import { choiceOf, labelOf, editName } from "../edits";
 import { t } from "../texts";
 import { type Finding, term, told } from "../words";
 
 /** What an edit is called, where it works, and its number to change later. */
-export function wordsOf(one: Schemas["EditReply"]): { title: string; where: string; amount: string; field: string | null } {
+export function summaryOf(one: Schemas["EditReply"]): { title: string; where: string; amount: string; field: string | null } {
   const p = one.parameters as Record<string, unknown>;
   const depth = Number(p.depth_mm);
-  const title = nameOf(one.kind);
+  const title = editName(one.kind);
   const within = Array.isArray(p.within) && p.within.length > 0;
   const where = within ? t("drawn.region") : typeof p.at === "string" ? term(p.at) : p.at ? t("a.point") : numbersOf(one);
   if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
@@ -49,7 +49,7 @@ function valueOf(kind: string, value: unknown): string {
 }
 
 /** A finding as sentences of their own. */
-export function said(one: Schemas["FindingReply"] | Finding): string {
+export function sentences(one: Schemas["FindingReply"] | Finding): string {
   const text = told(one as Finding);
   return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
 }
@@ -59,7 +59,7 @@ export function askedBy(finding: Finding | null): { what: string; words: readonl
   const asks = innermost(finding);
   if (asks?.code !== "recipe.asks" && asks?.code !== "recipe.edit.asks") return null;
   const { concerns, words } = asks.values as { concerns: readonly Finding[]; words: readonly string[] };
-  return { what: concerns.map(said).join(" "), words };
+  return { what: concerns.map(sentences).join(" "), words };
 }
 
 /** What the colours are held against, and whether the scan still has its sock on, where that is recorded. */

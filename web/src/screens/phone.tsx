@@ -1,20 +1,20 @@
 /**
  * The page of a phone that was let in for one case: photos go in, and it says where to stand next.
  *
- * It may ask what the door of its case answers: the case, its photos, the coach's answer, and news of
- * them. The check itself is asked for at the desk, where camera and board are chosen.
+ * The server answers a phone for the case, its photos, the coach's answer, and changes of them alone. The
+ * check itself is asked for on the clinic machine, where camera and board are chosen.
  */
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 
-import { ROOT, type Schemas, api, link, taken } from "../api/client";
+import { ROOT, type Schemas, api, link, answerOf } from "../api/client";
 import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Notice, SideBadge } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { bytes } from "../numbers";
-import { useAsked } from "../state/asked";
-import { type Upload, nameOf, outstanding, send } from "../state/uploads";
+import { useQuery } from "../state/requests";
+import { type Upload, uploadName, outstanding, send } from "../state/uploads";
 import { t } from "../texts";
 import { additions, dialOf } from "./capture";
 import { RefusedFiles } from "./refused-files";
@@ -26,9 +26,9 @@ const MOST_ROWS = 5;
 
 export function PhoneScreen({ id }: { id: string }) {
   const path = { params: { path: { case_id: id } } };
-  const info = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}", path)), [id]);
-  const photos = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/photos", path)), [id]);
-  const check = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/check", path)), [id]);
+  const info = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}", path)), [id]);
+  const photos = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/photos", path)), [id]);
+  const check = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/check", path)), [id]);
   const pictures = useRef(new Map<string, string>());
 
   const askAgain = () => {
@@ -59,7 +59,7 @@ export function PhoneScreen({ id }: { id: string }) {
   }, [waiting.length > 0]);
 
   const add = (files: readonly File[]) => {
-    for (const file of files) pictures.current.set(nameOf(file), URL.createObjectURL(file));
+    for (const file of files) pictures.current.set(uploadName(file), URL.createObjectURL(file));
     if (files.length) send(id, files, () => void photos.again());
   };
   const said = check.value.value;

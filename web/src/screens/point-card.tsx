@@ -1,25 +1,28 @@
 /** What is known of a point that was clicked: how sure it is, and the photos that measured it. */
 import { useEffect, useRef } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../api/client";
+import { type Schemas, api, answerOf } from "../api/client";
 import { Button } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import type { Vec3 } from "../geometry/vectors";
 import { fixed, within } from "../numbers";
-import { useAsked } from "../state/asked";
+import { useQuery } from "../state/requests";
 import { expert } from "../state/settings";
 import { t } from "../texts";
-import type { Room } from "./room";
+import type { OpenCase } from "./open-case";
 
 const SIDE = 25;
 
-export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; onClose: () => void }) {
-  const asked = useAsked(
+export function PointCard({ openCase, point, onClose }: { openCase: OpenCase; point: Vec3; onClose: () => void }) {
+  const asked = useQuery(
     () =>
-      taken(
-        api.POST("/api/v1/cases/{case_id}/surface/point", { params: { path: { case_id: room.id } }, body: { position_mm: [point[0], point[1], point[2]] } }),
+      answerOf(
+        api.POST("/api/v1/cases/{case_id}/surface/point", {
+          params: { path: { case_id: openCase.id } },
+          body: { position_mm: [point[0], point[1], point[2]] },
+        }),
       ),
-    [room.id, ...point],
+    [openCase.id, ...point],
   );
   /** What is known of this very point: nothing of the one before while it is asked for, or where it is refused. */
   const found = asked.busy.value || asked.refused.value ? null : asked.value.value;
@@ -48,7 +51,7 @@ export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; o
               <p class="soft">{t("point.photos", found.photos.length)}</p>
               <div class="witnesses">
                 {found.photos.map((one) => (
-                  <Witnessed key={one.photo} one={one} />
+                  <Patch key={one.photo} one={one} />
                 ))}
               </div>
             </>
@@ -61,7 +64,7 @@ export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; o
 }
 
 /** The patch of 6 mm as one photo saw it, and how far it is from what all saw. */
-function Witnessed({ one }: { one: Schemas["PointPhoto"] }) {
+function Patch({ one }: { one: Schemas["PointPhoto"] }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     const ctx = canvas.current?.getContext("2d");

@@ -8,7 +8,7 @@
  */
 import { signal } from "@preact/signals";
 
-import { ROOT, Refused, type Schemas, api, link, note, refusedBy, taken } from "../api/client";
+import { ROOT, Refused, type Schemas, api, link, noteStatus, refusedBy, answerOf } from "../api/client";
 import { t } from "../texts";
 
 export interface Upload {
@@ -43,7 +43,7 @@ export function send(caseId: string, files: readonly File[], done: () => void): 
   queues.set(caseId, queue);
   const known = new Set((uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && one.state !== "refused").map((one) => one.name));
   for (const file of files) {
-    const name = nameOf(file);
+    const name = uploadName(file);
     if (known.has(name)) continue;
     known.add(name);
     put(caseId, { name, total: file.size, sent: 0, state: "waiting", message: "" });
@@ -71,7 +71,7 @@ export function forgetDone(caseId: string): void {
 }
 
 /** Photos of phones are all called image.jpg: the time they were taken tells them apart. */
-export function nameOf(file: { name: string; lastModified: number }): string {
+export function uploadName(file: { name: string; lastModified: number }): string {
   const clean = file.name.replace(/[\\/:*?"<>|\u0000-\u001f]/g, "_").slice(-120);
   if (!/^image\.(jpe?g|heic)$/i.test(clean)) return clean;
   const at = new Date(file.lastModified)
@@ -143,7 +143,7 @@ async function whenBack(caseId: string, name: string, total: number): Promise<nu
   for (let looks = 0; ;) {
     await new Promise((go) => setTimeout(go, RETRY_MS));
     try {
-      const list = await taken(api.GET("/api/v1/cases/{case_id}/photos", { params: { path: { case_id: caseId } } }));
+      const list = await answerOf(api.GET("/api/v1/cases/{case_id}/photos", { params: { path: { case_id: caseId } } }));
       const there = list.photos.find((one) => one.name === name);
       if (there?.state !== "arriving") return 0;
       if (there.bytes < total) return there.bytes;
@@ -186,7 +186,7 @@ function piece(
     request.responseType = "json";
     request.upload.onprogress = (event) => progress(event.loaded);
     request.onload = () => {
-      note(request.status);
+      noteStatus(request.status);
       if (request.status >= 200 && request.status < 300) good(request.response as Schemas["Sent"]);
       else bad(refusedBy(request.status, request.response));
     };

@@ -3,7 +3,7 @@ import { Notice, NumberField, Segments } from "../../design/parts";
 import type { AxesTurn } from "../../geometry/axes-turn";
 import { fixed } from "../../numbers";
 import { t } from "../../texts";
-import { said } from "../edit-words";
+import { sentences } from "../edit-words";
 import { type Axes, towardsViewer } from "./axes";
 import type { Subject } from "./subject";
 
@@ -57,7 +57,7 @@ export function AxesForm({ subject, axes }: { subject: Subject; axes: Axes }) {
         </p>
       )}
       {limb?.reply.notes.map((one) => (
-        <Notice key={said(one)} tone="amber" title={said(one)} />
+        <Notice key={sentences(one)} tone="amber" title={sentences(one)} />
       ))}
     </section>
   );

@@ -47,17 +47,17 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const lacks = !kind ? t("align.kind.first") : sideLacks ? t("align.side.first") : !facing && !front.value ? t("align.places.first") : null;
 
   const state = async (body: Schemas["Align"], afterwards: () => void) => {
-    const { room, asked, take } = subject;
-    const path = { case_id: room.id };
+    const { openCase, asked, take } = subject;
+    const path = { case_id: openCase.id };
     await perform(
-      room.id,
+      openCase.id,
       "post",
       "/api/v1/cases/{case_id}/limb/align",
       { params: { path }, body },
       { done: take, again: asked.again, askedSince: asked.askedSince },
     );
     afterwards();
-    await room.again();
+    await openCase.again();
     await asked.again();
   };
   const set = () =>

@@ -3,7 +3,7 @@ import type { Schemas } from "../../api/client";
 import { t } from "../../texts";
 import { told } from "../../words";
 import { standWords } from "../coach-words";
-import { additions, placeWords } from "./asked";
+import { additions, placeWords } from "./additions";
 
 export function HowToStand({ answer }: { answer: NonNullable<Schemas["Check"]["answer"]> }) {
   const letters = additions(answer).map((one) => one.letter);

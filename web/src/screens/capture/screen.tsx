@@ -20,8 +20,8 @@ import { Dial, HIGH_DEG } from "../dial";
 import { Expected } from "../expected";
 import { FromPhone } from "../from-phone";
 import { RefusedFiles } from "../refused-files";
-import type { RoomProps } from "../room";
-import { additions, dialOf } from "./asked";
+import type { CaseProps } from "../open-case";
+import { additions, dialOf } from "./additions";
 import { Banner } from "./banner";
 import { isBusy } from "./banner-words";
 import { type Capture, LEAST_PHOTOS, useCapture } from "./capture";
@@ -31,8 +31,8 @@ import { PhotoNote, PhotoTile, UploadTile } from "./photos";
 
 const ACCEPTED = "image/*,video/*,.zip,.heic,.heif,.dng,.cr2,.cr3,.nef,.arw,.raf,.orf,.rw2";
 
-export function CaptureScreen({ room }: RoomProps) {
-  const capture = useCapture(room);
+export function CaptureScreen({ openCase }: CaseProps) {
+  const capture = useCapture(openCase);
   const { here, coming, choices, check, goes, act } = capture;
   const few =
     here.length < LEAST_PHOTOS
@@ -42,13 +42,13 @@ export function CaptureScreen({ room }: RoomProps) {
         : tapeLacks(choices)
           ? t("options.tape.lacks")
           : null;
-  const busy = isBusy(room.info);
-  const seeResult = () => go(href.step(room.id, "result"));
+  const busy = isBusy(openCase.info);
+  const seeResult = () => go(href.step(openCase.id, "result"));
   return (
     <main class="capture" id="content" tabIndex={-1}>
       <Banner
         said={check.value.value}
-        info={room.info}
+        info={openCase.info}
         photos={here.length}
         off={few ?? (goes || busy ? null : t("capture.not.go")) ?? (act.busy.value ? t("loading") : null)}
         onResult={seeResult}
@@ -64,7 +64,7 @@ export function CaptureScreen({ room }: RoomProps) {
 
 /** The photos, where they come from, and how they are computed. */
 function Photos({ capture }: { capture: Capture }) {
-  const { room, photos, check, act, here, coming, goes } = capture;
+  const { openCase, photos, check, act, here, coming, goes } = capture;
   const over = useSignal(false);
   const phone = useSignal(false);
   const chosen = useSignal<string | null>(null);
@@ -93,14 +93,14 @@ function Photos({ capture }: { capture: Capture }) {
       onDrop={drop}
     >
       <Intake capture={capture} phone={phone} />
-      {phone.value && <FromPhone room={room} onClose={() => (phone.value = false)} />}
+      {phone.value && <FromPhone openCase={openCase} onClose={() => (phone.value = false)} />}
       <Refusal refused={photos.refused.value ?? act.refused.value ?? check.refused.value} />
       <Count capture={capture} />
       <div class="grid">
         {here.map((one, i) => (
           <PhotoTile
             key={one.name}
-            room={room}
+            openCase={openCase}
             photo={one}
             number={i + 1}
             said={saidOf(one.name)}
@@ -122,8 +122,8 @@ function Photos({ capture }: { capture: Capture }) {
           ))}
       </div>
       <Notices capture={capture} />
-      {photo && <PhotoNote room={room} photo={photo} said={saidOf(photo.name)} onGone={gone} />}
-      <CaptureOptions room={room} photos={here.length} cameras={capture.cameras} choices={capture.choices} onChange={capture.choose} />
+      {photo && <PhotoNote openCase={openCase} photo={photo} said={saidOf(photo.name)} onGone={gone} />}
+      <CaptureOptions openCase={openCase} photos={here.length} cameras={capture.cameras} choices={capture.choices} onChange={capture.choose} />
     </section>
   );
 }
@@ -183,12 +183,12 @@ function Count({ capture }: { capture: Capture }) {
 
 /** What was refused, what a header keeps, what waits for the network. */
 function Notices({ capture }: { capture: Capture }) {
-  const { room } = capture;
+  const { openCase } = capture;
   const { onTheirWay, refused } = capture.coming;
   const kept = keptOf(capture);
   return (
     <>
-      <RefusedFiles caseId={room.id} refused={refused} />
+      <RefusedFiles caseId={openCase.id} refused={refused} />
       {kept > 0 && (
         <Notice tone="amber" title={t("capture.kept", kept)}>
           {t("capture.kept.why")}
@@ -201,11 +201,11 @@ function Notices({ capture }: { capture: Capture }) {
 
 /** The dial with what is missing, what the check found, and computing in spite of it. */
 function Coach({ capture, few, busy }: { capture: Capture; few: string | null; busy: boolean }) {
-  const { room, here, check, goes, askCheck, compute } = capture;
+  const { openCase, here, check, goes, askCheck, compute } = capture;
   const anyway = useSignal(false);
   const said = check.value.value;
   const answer = said?.answer ?? null;
-  const computed = room.info.state === "finished";
+  const computed = openCase.info.state === "finished";
   const again = t(computed ? "capture.again" : "capture.anyway");
   return (
     <aside class="pane">

@@ -7,7 +7,7 @@ import { Confirm } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { bytes } from "../../numbers";
 import { perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 import { t } from "../../texts";
 
 export function Foot({ list, onSample, onChange }: { list: Schemas["Cases"]; onSample: () => void; onChange: () => Promise<void> }) {

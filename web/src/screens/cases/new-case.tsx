@@ -6,7 +6,7 @@ import type { Schemas } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { newOffer, perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 import { go, href } from "../../state/route";
 import { t } from "../../texts";
 import { CaseFields, lacksOf, sideOf } from "./fields";

@@ -12,7 +12,7 @@ import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { numberIn, signed } from "../../numbers";
 import { expert } from "../../state/settings";
-import { type Parameter, groupOf, helpOf, kinds, labelOf, nameOf, purposeOf } from "../../edits";
+import { type Parameter, groupOf, helpOf, editKinds, labelOf, editName, purposeOf } from "../../edits";
 import { t } from "../../texts";
 import type { EditBody } from "../rectify/draft";
 import { Field } from "./field";
@@ -53,7 +53,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
   useEffect(() => () => clearTimeout(wait.current), []);
   const fits = (of: readonly (string | null)[]) => !of.length || of.includes(limbKind);
   const asked = (group: string, everyday: boolean) => (only ? group === only : group !== LEARNED && (expert.value || everyday));
-  const all = kinds.value.filter((one) => fits(one.kinds) && asked(one.group, one.everyday));
+  const all = editKinds.value.filter((one) => fits(one.kinds) && asked(one.group, one.everyday));
   const groups = [...new Set(all.map((one) => one.group))];
   const one = all.find((k) => k.kind === kind.value) ?? all[0];
   const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in" && (expert.value || !one?.rarely.includes(p.name)));
@@ -128,7 +128,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
               <optgroup key={group} label={groupOf(own[0].kind)}>
                 {own.map((k) => (
                   <option key={k.kind} value={k.kind}>
-                    {nameOf(k.kind)}
+                    {editName(k.kind)}
                   </option>
                 ))}
               </optgroup>

@@ -3,7 +3,7 @@ import { Button, Notice, NumberField, Segments } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { fixed, signed } from "../../numbers";
 import { t } from "../../texts";
-import { askedBy, said } from "../edit-words";
+import { askedBy, sentences } from "../edit-words";
 import { type Workspace, keepDrawn } from "./workspace";
 import { type Draft, wayOf } from "./draft";
 import { type Girth, toneOf, volumeOf } from "./effect";
@@ -53,7 +53,7 @@ export function EditForm({ workspace, draft, girth }: { workspace: Workspace; dr
       </div>
       <Effect girth={girth} volume_ml={volumeOf(workspace)} waits={trial.waits.value} />
       {trial.tried.value?.line?.concerns.map((one) => (
-        <Notice key={said(one.finding)} tone="amber" title={said(one.finding)} />
+        <Notice key={sentences(one.finding)} tone="amber" title={sentences(one.finding)} />
       ))}
       <Asked workspace={workspace} draft={draft} />
       {edit.asksDepth.value && (

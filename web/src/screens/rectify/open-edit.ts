@@ -8,7 +8,7 @@ import { type Signal, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { type Neighbours, type Shares, areaOf, displaced, neighboursOf, sharesAtPlace, sharesInRegion } from "../../geometry/edit";
+import { type Neighbours, type Shares, areaOf, displaced, neighboursOf, sharesAtPlace, sharesInRegion } from "../../geometry/edit-preview";
 import { nearestVertex } from "../../geometry/nearest";
 import { widthOf } from "../../geometry/scales";
 import { apply } from "../../geometry/vectors";
@@ -41,7 +41,7 @@ export interface OpenEdit {
   readonly drop: () => void;
 }
 
-interface Around {
+interface Context {
   readonly viewer: RefObject<Viewer | null>;
   readonly level: Signal<number | null>;
   readonly base: Base;
@@ -58,7 +58,7 @@ export interface Keeping {
   readonly offer: Offer;
 }
 
-export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, keeping }: Around): OpenEdit {
+export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, keeping }: Context): OpenEdit {
   const draft = useSignal<Draft | null>(null);
   const asksDepth = useSignal(false);
   const previewed = useSignal(0);

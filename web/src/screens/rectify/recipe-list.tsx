@@ -7,7 +7,7 @@ import { Button, Notice, NumberField, Switch } from "../../design/parts";
 import { signed } from "../../numbers";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
-import { said, wordsOf } from "../edit-words";
+import { sentences, summaryOf } from "../edit-words";
 import { type Shown, movedTo } from "../recipe-acts";
 import { toneOf } from "./effect";
 import { type Ledgered, changed } from "./ledger";
@@ -60,8 +60,8 @@ export function RecipeList({ book, listed, recipe }: ListProps) {
         ))}
       </ol>
       {notes.map((one) => (
-        <p key={said(one)} class="small soft">
-          {said(one)}
+        <p key={sentences(one)} class="small soft">
+          {sentences(one)}
         </p>
       ))}
     </section>
@@ -94,7 +94,7 @@ interface RowProps {
 }
 
 function Row({ one, count, line, chosen, onChoose, onChange, onRemove }: RowProps) {
-  const words = wordsOf(one);
+  const words = summaryOf(one);
   const change_ml = line && one.on ? changed(line.volume) : null;
   return (
     <li class={`ed ${one.on ? "" : "offd"} ${chosen ? "on" : ""}`} {...dragged(one.number, onChange)}>
@@ -108,7 +108,7 @@ function Row({ one, count, line, chosen, onChoose, onChange, onRemove }: RowProp
       <span class={`num ${change_ml === null ? "" : toneOf(change_ml)}`}>
         {!one.on ? t("off").toLowerCase() : change_ml !== null ? signed(change_ml) : one.was === null ? "…" : ""}
       </span>
-      {line && line.told.length > 0 && !chosen && <p class="ed-more small soft">{line.told.map(said).join(" ")}</p>}
+      {line && line.told.length > 0 && !chosen && <p class="ed-more small soft">{line.told.map(sentences).join(" ")}</p>}
       {chosen && <More one={one} line={line} onChange={onChange} onRemove={onRemove} />}
     </li>
   );
@@ -152,7 +152,7 @@ function More({ one, line, onChange, onRemove }: Pick<RowProps, "one" | "line" |
   const parameters = one.parameters as Record<string, never>;
   return (
     <div class="ed-more">
-      {wordsOf(one).field && (
+      {summaryOf(one).field && (
         <NumberField
           label={t("depth")}
           unit="mm"
@@ -166,8 +166,8 @@ function More({ one, line, onChange, onRemove }: Pick<RowProps, "one" | "line" |
       )}
       {expert.value && <p class="mono">{one.text}</p>}
       {line?.told.map((finding) => (
-        <p key={said(finding)} class="small faint">
-          {said(finding)}
+        <p key={sentences(finding)} class="small faint">
+          {sentences(finding)}
         </p>
       ))}
       <Button onClick={() => onRemove(one.number)}>{t("capture.remove")}</Button>

@@ -3,7 +3,7 @@ import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 
 import { bytesOf } from "../../api/client";
-import type { useAct } from "../../state/asked";
+import type { useAct } from "../../state/requests";
 import type { EditBody } from "../rectify/draft";
 
 export interface Chosen {

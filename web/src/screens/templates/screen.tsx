@@ -6,23 +6,23 @@
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 
-import { type Refused, type Schemas, api, putFile, taken } from "../../api/client";
+import { type Refused, type Schemas, api, putFile, answerOf } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { perform } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
+import { useAct, useQuery } from "../../state/requests";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
-import { said } from "../edit-words";
+import { sentences } from "../edit-words";
 import type { EditBody } from "../rectify/draft";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 import { useChosen } from "./chosen";
 import { FileOf } from "./file-of";
 import { Learning } from "./learning";
 import { WhatItDoes } from "./what-it-does";
 
 interface Props {
-  readonly room: Room;
+  readonly openCase: OpenCase;
   /** Whether the server's trial of the edit stands on the limb. */
   readonly tried: boolean;
   readonly waits: boolean;
@@ -33,8 +33,8 @@ interface Props {
   readonly onDrop: () => void;
 }
 
-export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep, onDrop }: Props) {
-  const list = useAsked(() => taken(api.GET("/api/v1/templates", {})), []);
+export function TemplateEdits({ openCase, tried, waits, refused, busy, onTry, onKeep, onDrop }: Props) {
+  const list = useQuery(() => answerOf(api.GET("/api/v1/templates", {})), []);
   const learning = useSignal(false);
   const notes = useSignal<readonly Schemas["FindingReply"][]>([]);
   const act = useAct();
@@ -131,7 +131,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
       )}
       {!one && learning.value && (
         <Learning
-          room={room}
+          openCase={openCase}
           onLearned={(reply) => {
             list.put(reply.templates);
             notes.value = reply.notes;
@@ -142,7 +142,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
       {expert.value && notes.value.length > 0 && (
         <ul class="findings small-note soft">
           {notes.value.map((one) => (
-            <li key={said(one)}>{said(one)}</li>
+            <li key={sentences(one)}>{sentences(one)}</li>
           ))}
         </ul>
       )}

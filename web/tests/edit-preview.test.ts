@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { areaOf, displaced, fading, neighboursOf, ring, sharesAtPlace, sharesInRegion } from "../src/geometry/edit";
+import { areaOf, displaced, fading, neighboursOf, ring, sharesAtPlace, sharesInRegion } from "../src/geometry/edit-preview";
 import type { Vec3 } from "../src/geometry/vectors";
 
 /** A flat square of n by n vertices, one millimetre apart. */
