@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { useEffect } from "preact/hooks";
 
-import { api, link, answerOf } from "./api/client";
+import { answerOf, api, link } from "./api/client";
 import { listen } from "./api/events";
 import { Shell } from "./design/shell";
 import { Button, Notice } from "./design/parts";

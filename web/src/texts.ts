@@ -65,6 +65,12 @@ const TEXTS = {
     "Sie wurde ohne den Startlink geöffnet. Den Link öffnen, den `limbgram app` gezeigt hat.",
   ],
   "cannot": ["This did not work.", "Das ging nicht."],
+  "notes": ["To know", "Zu wissen"],
+  "take.out": ["Take it out", "Herausnehmen"],
+  "take.in.file": ["Take in a file", "Datei holen"],
+  "delete": ["Delete", "Löschen"],
+  "delete.sure": ["Delete {0}?", "{0} löschen?"],
+  "photo.number": ["Photo {0}", "Foto {0}"],
 
   // Signing in, on a network
   "gate.sign.in": ["Sign in", "Anmelden"],
@@ -318,7 +324,6 @@ const TEXTS = {
   "header.the whole header": ["the whole header", "der ganze Kopf"],
   "header.the rest of the header": ["the rest of the header", "der Rest des Kopfes"],
   "capture.large": ["See it large", "Groß ansehen"],
-  "capture.remove": ["Take it out", "Herausnehmen"],
   "capture.left": [
     "The patient has left? The shape can be computed, with the gaps marked as not sure.",
     "Der Patient ist gegangen? Die Form lässt sich berechnen, Lücken gelten als unsicher.",
@@ -330,7 +335,6 @@ const TEXTS = {
     "Das Ergebnis sagt, wo es unsicher ist. Fehlt zu viel, wird es abgelehnt.",
   ],
   "capture.photos.letters": ["Photos {0} and {1}", "Fotos {0} und {1}"],
-  "capture.photo.letter": ["Photo {0}", "Foto {0}"],
   "coach.not.yet": ["Not yet: {0}", "Noch nicht: {0}"],
   "coach.add": ["{0} more {0:photo is|photos are} needed, as the ring shows.", "{0} weitere {0:Foto fehlt|Fotos fehlen}, wie der Ring zeigt."],
   "coach.apart": ["{0} of {1} photos join no other.", "{0} von {1} Fotos hängen mit keinem anderen zusammen."],
@@ -375,7 +379,6 @@ const TEXTS = {
   "find.light": ["Light even, nothing burnt out", "Licht gleichmäßig, nichts ausgebrannt"],
   "find.still": ["The limb kept still", "Das Gliedmaß lag still"],
   "find.moved": ["The limb moved between the photos", "Das Gliedmaß bewegte sich zwischen den Fotos"],
-  "find.notes": ["To know", "Zu wissen"],
   "find.light.bad": ["Parts of the limb are burnt out", "Teile des Gliedmaßes sind ausgebrannt"],
   "options.camera": ["Camera", "Kamera"],
   "options.camera.none": ["Determined from the photos", "Aus den Fotos ermittelt"],
@@ -592,8 +595,6 @@ const TEXTS = {
   "cameras.not.yet": ["Not calibrated", "Nicht kalibriert"],
   "cameras.fit": ["fits within {0} px", "passt auf {0} px"],
   "cameras.certificate": ["Certificate: residuals and coverage of the picture", "Zertifikat: Reste und Bildabdeckung"],
-  "cameras.delete": ["Delete", "Löschen"],
-  "cameras.delete.sure": ["Delete {0}?", "{0} löschen?"],
   "cameras.delete.what": ["Its photos and its file go. Cases keep their own copy.", "Fotos und Datei gehen. Fälle behalten ihre Kopie."],
 
   // Phone
@@ -1065,7 +1066,6 @@ const TEXTS = {
   "compare.with.what": ["Compare with what?", "Womit vergleichen?"],
   "compare.with": ["The other shape", "Die andere Form"],
   "compare.this": ["This case", "Dieser Fall"],
-  "compare.file": ["Take in a file", "Datei holen"],
   "compare.file.how": ["A shape, such as STL or 3MF. It stays in this case.", "Eine Form, etwa STL oder 3MF. Sie bleibt in diesem Fall."],
   "compare.forget": ["Delete this file", "Diese Datei löschen"],
   "compare.laid": ["How they are laid on each other", "Wie sie aufeinander liegen"],

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { ROOT, type Schemas, api, putFile, answerOf } from "../api/client";
+import { ROOT, type Schemas, answerOf, api, putFile } from "../api/client";
 import { listen } from "../api/events";
 import figures from "../api/figures.json";
 import { Button, Chip, Confirm, Empty } from "../design/parts";
@@ -126,7 +126,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
         </Chip>
         <span class="grow" />
         <Button bare onClick={() => (removing.value = true)}>
-          {t("cameras.delete")}
+          {t("delete")}
         </Button>
       </div>
       <p class="soft">
@@ -144,7 +144,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       {one.finding && <p class="small-note">{told(one.finding)}</p>}
       <Refusal refused={act.refused.value} />
       {removing.value && (
-        <Confirm danger title={t("cameras.delete.sure", one.name)} yes={t("cameras.delete")} onYes={() => void remove()} onNo={() => (removing.value = false)}>
+        <Confirm danger title={t("delete.sure", one.name)} yes={t("delete")} onYes={() => void remove()} onNo={() => (removing.value = false)}>
           <p>{t("cameras.delete.what")}</p>
         </Confirm>
       )}

@@ -5,7 +5,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { type Schemas, api, bytesOf, answerOf } from "../api/client";
+import { type Schemas, answerOf, api, bytesOf } from "../api/client";
 import { decodeBlocks, surfaceOf } from "../api/blocks";
 import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";

@@ -2,7 +2,7 @@
 import type { Schemas } from "../api/client";
 import { innermost } from "../design/refusal";
 import { fixed, signed, typedAs } from "../numbers";
-import { choiceOf, labelOf, editName } from "../edits";
+import { choiceOf, editName, labelOf } from "../edits";
 import { t } from "../texts";
 import { type Finding, term, told } from "../words";
 

@@ -6,7 +6,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 
-import { type Schemas, api, answerOf } from "../api/client";
+import { type Schemas, answerOf, api } from "../api/client";
 import { Button, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { useAct } from "../state/requests";

@@ -1,7 +1,7 @@
 /** The limb of a case as the working screens need it: what the server knows of it, and its surface. */
 import { useMemo } from "preact/hooks";
 
-import { type Schemas, api, answerOf } from "../api/client";
+import { type Schemas, answerOf, api } from "../api/client";
 import type { Rigid, Vec3 } from "../geometry/vectors";
 import { type Query, useQuery } from "../state/requests";
 import { type Fetched, fetchSurface, frameOf } from "../state/shapes";

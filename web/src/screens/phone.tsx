@@ -7,14 +7,14 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 
-import { ROOT, type Schemas, api, link, answerOf } from "../api/client";
+import { ROOT, type Schemas, answerOf, api, link } from "../api/client";
 import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Notice, SideBadge } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { bytes } from "../numbers";
 import { useQuery } from "../state/requests";
-import { type Upload, uploadName, outstanding, send } from "../state/uploads";
+import { type Upload, outstanding, send, uploadName } from "../state/uploads";
 import { t } from "../texts";
 import { additions, dialOf } from "./capture";
 import { RefusedFiles } from "./refused-files";
@@ -239,7 +239,7 @@ function ToTakeAgain({ id, photo, number, said }: { id: string; photo: Schemas["
     <li class="bad">
       {unusable ? <span class="none" /> : <img src={`${ROOT}/cases/${id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
       <span>
-        {t("capture.photo.letter", number)}: {unusable ? t("capture.unusable") : remarkWords(said?.remarks[0]) || t("phone.not.counted")}
+        {t("photo.number", number)}: {unusable ? t("capture.unusable") : remarkWords(said?.remarks[0]) || t("phone.not.counted")}
         <small>{t("phone.again")}</small>
       </span>
       <Icon name="warn" tone="a" />

@@ -1,7 +1,7 @@
 /** What is known of a point that was clicked: how sure it is, and the photos that measured it. */
 import { useEffect, useRef } from "preact/hooks";
 
-import { type Schemas, api, answerOf } from "../api/client";
+import { type Schemas, answerOf, api } from "../api/client";
 import { Button } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import type { Vec3 } from "../geometry/vectors";

@@ -1,7 +1,7 @@
 /** Settings: language, theme, this program, one more browser. */
 import { useSignal } from "@preact/signals";
 
-import { api, answerOf } from "../api/client";
+import { answerOf, api } from "../api/client";
 import { Button, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { fixed } from "../numbers";

@@ -12,7 +12,7 @@ import { batch, signal } from "@preact/signals";
 import type { FetchResponse, MaybeOptionalInit } from "openapi-fetch";
 import type { HttpMethod, MediaType, PathsWithMethod } from "openapi-typescript-helpers";
 
-import { Refused, api, answerOf } from "../api/client";
+import { Refused, answerOf, api } from "../api/client";
 import type { paths } from "../api/schema";
 
 export interface Act {

@@ -8,7 +8,7 @@
  */
 import { signal } from "@preact/signals";
 
-import { ROOT, Refused, type Schemas, api, link, noteStatus, refusedBy, answerOf } from "../api/client";
+import { ROOT, Refused, type Schemas, answerOf, api, link, noteStatus, refusedBy } from "../api/client";
 import { t } from "../texts";
 
 export interface Upload {

@@ -8,6 +8,7 @@
 import { Vector3 } from "three";
 
 import type { AxesTurn } from "../geometry/axes-turn";
+import type { Pixel } from "../geometry/nearest";
 import type { Section } from "../geometry/section";
 import { dragged } from "./drag";
 import { VIEWS, type View, type Viewer } from "./viewer";
@@ -184,9 +185,8 @@ export class Overlay {
     });
   }
 
-  private screen(shown: Vector3): readonly [number, number] {
-    const p = this.viewer.toScreen(shown);
-    return [p.x, p.y];
+  private screen(shown: Vector3): Pixel {
+    return this.viewer.toScreen(shown);
   }
 
   private box(): Box {
@@ -223,7 +223,7 @@ export class Overlay {
   /** A line of points as shown, parted into what is seen and what the limb hides. */
   private trace(points: readonly Vector3[], closed: boolean, seen: string[], hidden: string[]): void {
     const all = closed && points.length ? [...points, points[0]] : points;
-    let before: readonly [number, number] | null = null;
+    let before: Pixel | null = null;
     let open: string[] | null = null;
     for (const p of all) {
       const here = this.screen(p);
@@ -298,7 +298,7 @@ export class Overlay {
     this.flag.setAttribute("aria-valuemax", String(Math.round(high)));
     this.flag.setAttribute("aria-valuenow", String(Math.round(level)));
     this.flag.setAttribute("aria-valuetext", `${Math.round(level)} mm`);
-    let right: readonly [number, number] = [box.right, y];
+    let right: Pixel = [box.right, y];
     let most = -Infinity;
     for (const loop of this.section?.loops ?? [])
       for (let i = 0; i < loop.length; i += 4) {
@@ -380,7 +380,7 @@ export class Overlay {
     const long = Math.hypot(ux, uy);
     if (long < 30) return;
     const reach = Math.max(...[box.top, box.bottom].map((y) => Math.abs(y - origin[1]))) + 30;
-    const bound = (p: readonly [number, number]): readonly [number, number] => [p[0], Math.max(30, Math.min(this.viewer.holder.clientHeight - 62, p[1]))];
+    const bound = (p: Pixel): Pixel => [p[0], Math.max(30, Math.min(this.viewer.holder.clientHeight - 62, p[1]))];
     const top = bound([origin[0] + (ux / long) * reach, origin[1] + (uy / long) * reach]);
     const low = bound([origin[0] - (ux / long) * 44, origin[1] - (uy / long) * 44]);
     for (const name of ["stem-halo", "stem"]) el("line", { class: name, x1: low[0], y1: low[1], x2: top[0], y2: top[1] }, this.axis);
@@ -404,7 +404,7 @@ export class Overlay {
   /** While a handle of the axes is held it stays where it was taken. */
   private holding = false;
 
-  private axisKnob(at: readonly [number, number], sign: string, by: (from: PointerEvent, now: PointerEvent) => AxesTurn): void {
+  private axisKnob(at: Pixel, sign: string, by: (from: PointerEvent, now: PointerEvent) => AxesTurn): void {
     this.knob(this.axis, at, sign).addEventListener("pointerdown", (down) => {
       this.holding = true;
       dragged(down, (now, done) => {
@@ -415,7 +415,7 @@ export class Overlay {
   }
 
   /** A round handle with its sign, and room round it for a finger. */
-  private knob(into: Element, [x, y]: readonly [number, number], sign: string, angle_deg = 0): SVGGElement {
+  private knob(into: Element, [x, y]: Pixel, sign: string, angle_deg = 0): SVGGElement {
     const knob = el("g", { class: "knob", transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})` }, into);
     el("circle", { class: "reach", r: 24 }, knob);
     el("circle", { class: "face-of-knob", r: 13 }, knob);
@@ -430,7 +430,7 @@ export class Overlay {
     const small = width < 480;
     this.cube.setAttribute("transform", small ? `translate(${width - 46} 46)` : `translate(${width - 70} 66)`);
     const half = small ? 18 : 26;
-    const flat = (v: Vector3): readonly [number, number] => [v.dot(right) * half, -v.dot(up) * half];
+    const flat = (v: Vector3): Pixel => [v.dot(right) * half, -v.dot(up) * half];
     const across: Record<View, readonly [Vector3, Vector3]> = {
       front: [new Vector3(-1, 0, 0), new Vector3(0, 0, 1)],
       back: [new Vector3(1, 0, 0), new Vector3(0, 0, 1)],

@@ -3,7 +3,7 @@ import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { Vector3 } from "three";
 
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { distance, xyz } from "../../geometry/vectors";
 import { perform, pendingAt } from "../../state/acts";
 import { type Query, useQuery } from "../../state/requests";

@@ -1,7 +1,7 @@
 /** An earlier visit: another case of the same limb, whose places are proposed on this one. */
 import { type Signal, useSignal } from "@preact/signals";
 
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { type Query, useQuery } from "../../state/requests";
 import type { Subject } from "./subject";
 

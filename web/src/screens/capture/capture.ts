@@ -1,7 +1,7 @@
 /** The photos of a case with what the coach said of them, and the acts: add, check, compute. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { newOffer, perform } from "../../state/acts";
 import { type Query, useAct, useQuery } from "../../state/requests";
 import { type Choices, boardOf, choicesOf, jobOf, keepChoices, rulerOf } from "../../state/choices";

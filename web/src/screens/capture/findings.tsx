@@ -36,7 +36,7 @@ export function Findings({ said, onCheck }: { said: Check | null; onCheck: (() =
       {answer.findings.length > 0 && <List found={answer.findings} />}
       {answer.notes.length > 0 && (
         <>
-          <h3>{t("find.notes")}</h3>
+          <h3>{t("notes")}</h3>
           <List found={answer.notes} />
         </>
       )}

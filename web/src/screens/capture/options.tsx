@@ -1,5 +1,5 @@
 /** With what the photos are checked and computed: the camera, the board, and for experts the rest. */
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { useQuery } from "../../state/requests";
 import { type Choices, PRINTED } from "../../state/choices";
 import { href } from "../../state/route";

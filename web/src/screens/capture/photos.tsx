@@ -93,7 +93,7 @@ export function PhotoNote({ openCase, photo, said, onGone }: PhotoProps & { onGo
         <a class="btn" href={`${ROOT}/cases/${openCase.id}/photos/${encodeURIComponent(photo.name)}/picture?width=2400`} target="_blank" rel="noreferrer">
           {t("capture.large")}
         </a>
-        <Button onClick={() => void remove()}>{t("capture.remove")}</Button>
+        <Button onClick={() => void remove()}>{t("take.out")}</Button>
       </div>
     </div>
   );

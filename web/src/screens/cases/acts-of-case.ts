@@ -1,7 +1,7 @@
 /** What can be done to a case in the list: change, clear, delete; what lies in it is shown before. */
 import { useSignal } from "@preact/signals";
 
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { perform } from "../../state/acts";
 import { useAct } from "../../state/requests";
 

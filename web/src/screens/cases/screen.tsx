@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 
-import { api, answerOf } from "../../api/client";
+import { answerOf, api } from "../../api/client";
 import { listen } from "../../api/events";
 import { Icon } from "../../design/icons";
 import { Button, Empty, Notice } from "../../design/parts";

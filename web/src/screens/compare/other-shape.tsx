@@ -2,7 +2,7 @@
 import type { Signal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 
-import { api, putFile, answerOf } from "../../api/client";
+import { answerOf, api, putFile } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { shapeFiles } from "../../formats";
@@ -83,7 +83,7 @@ export function OtherShape({ openCase, against, scan, before }: Props) {
         tabIndex={-1}
         accept={shapeFiles.value.join(",")}
         id="shape-file"
-        aria-label={t("compare.file")}
+        aria-label={t("take.in.file")}
         onChange={(event) => {
           const file = event.currentTarget.files?.[0];
           if (file) void send(file);
@@ -92,7 +92,7 @@ export function OtherShape({ openCase, against, scan, before }: Props) {
       />
       <div class="acts">
         <Button icon="folder" off={act.busy.value && t("loading")} onClick={() => input.current?.click()}>
-          {t("compare.file")}
+          {t("take.in.file")}
         </Button>
         {now?.what === "file" && <Button onClick={() => void forget(now.name)}>{t("compare.forget")}</Button>}
       </div>

@@ -89,7 +89,7 @@ export function CompareScreen({ openCase }: CaseProps) {
           {one && <Answer figures={one.figures} against={laidOn} busy={busy} />}
           {one && one.figures.notes.length > 0 && (
             <section>
-              <h3>{t("find.notes")}</h3>
+              <h3>{t("notes")}</h3>
               <ul class="findings small-note soft">
                 {one.figures.notes.map(told).map((text) => (
                   <li key={text}>{text}</li>

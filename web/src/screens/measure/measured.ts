@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 
-import { type Schemas, api, bytesOf, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api, bytesOf } from "../../api/client";
 import figures from "../../api/figures.json";
 import { cut, heightsOf } from "../../geometry/section";
 import { useQuery } from "../../state/requests";

@@ -1,7 +1,7 @@
 /** The readings of the tape: kept by the server, judged by it, and why one was not kept. */
 import { useSignal } from "@preact/signals";
 
-import { Refused, api, answerOf } from "../../api/client";
+import { Refused, answerOf, api } from "../../api/client";
 import { perform, pendingAt } from "../../state/acts";
 import { useAct, useQuery } from "../../state/requests";
 import { go, href } from "../../state/route";

@@ -12,7 +12,7 @@ import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { numberIn, signed } from "../../numbers";
 import { expert } from "../../state/settings";
-import { type Parameter, groupOf, helpOf, editKinds, labelOf, editName, purposeOf } from "../../edits";
+import { type Parameter, editKinds, editName, groupOf, helpOf, labelOf, purposeOf } from "../../edits";
 import { t } from "../../texts";
 import type { EditBody } from "../rectify/draft";
 import { Field } from "./field";

@@ -1,5 +1,5 @@
 /** The recipe with its ledger as the server has it, and the list of edits once the pending changes are done. */
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { type Query, useQuery } from "../../state/requests";
 import { type Shown, afterActs, recipeActs } from "../recipe-acts";
 import type { OpenCase } from "../open-case";

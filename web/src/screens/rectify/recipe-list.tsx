@@ -170,7 +170,7 @@ function More({ one, line, onChange, onRemove }: Pick<RowProps, "one" | "line" |
           {sentences(finding)}
         </p>
       ))}
-      <Button onClick={() => onRemove(one.number)}>{t("capture.remove")}</Button>
+      <Button onClick={() => onRemove(one.number)}>{t("take.out")}</Button>
     </div>
   );
 }

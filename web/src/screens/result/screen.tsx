@@ -5,7 +5,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { Vector3 } from "three";
 
-import { api, answerOf } from "../../api/client";
+import { answerOf, api } from "../../api/client";
 import figures from "../../api/figures.json";
 import { Icon } from "../../design/icons";
 import { Button, Notice } from "../../design/parts";

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { usualOf } from "../../formats";
 import { sided } from "../../limb-kinds";
 import { perform } from "../../state/acts";

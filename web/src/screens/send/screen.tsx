@@ -2,7 +2,7 @@
  * Send: right side, right file? The file is written and read back by the server; two checks are made
  * by a person: the side, asked without a guess, and the picture against the patient.
  */
-import { ROOT, api, answerOf } from "../../api/client";
+import { ROOT, answerOf, api } from "../../api/client";
 import { Button } from "../../design/parts";
 import { useQuery } from "../../state/requests";
 import { go, href } from "../../state/route";

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 
-import { type Schemas, api, answerOf } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { Button, Chip } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { kindName } from "../../limb-kinds";

@@ -6,7 +6,7 @@
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 
-import { type Refused, type Schemas, api, putFile, answerOf } from "../../api/client";
+import { type Refused, type Schemas, answerOf, api, putFile } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { perform } from "../../state/acts";
@@ -119,14 +119,14 @@ export function TemplateEdits({ openCase, tried, waits, refused, busy, onTry, on
             type="file"
             tabIndex={-1}
             accept=".json"
-            aria-label={t("compare.file")}
+            aria-label={t("take.in.file")}
             onChange={(event) => {
               const file = event.currentTarget.files?.[0];
               if (file) void take(file);
               event.currentTarget.value = "";
             }}
           />
-          <Button onClick={() => input.current?.click()}>{t("compare.file")}</Button>
+          <Button onClick={() => input.current?.click()}>{t("take.in.file")}</Button>
         </div>
       )}
       {!one && learning.value && (
