@@ -3,31 +3,33 @@ import { useSignal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { useEffect } from "preact/hooks";
 
-import { type Schemas, api, link, taken } from "./api/client";
+import { answerOf, api, link } from "./api/client";
 import { listen } from "./api/events";
-import { type CaseHead, Shell, type StepState } from "./design/shell";
+import { Shell } from "./design/shell";
 import { Button, Notice } from "./design/parts";
 import { Refusal } from "./design/refusal";
-import { kindName } from "./limb-kinds";
 import { CameraScreen } from "./screens/cameras";
 import { CaptureScreen } from "./screens/capture";
+import { headOf } from "./screens/case-head";
 import { CasesScreen } from "./screens/cases";
 import { HelpPanel } from "./screens/help";
 import { PhoneScreen } from "./screens/phone";
-import type { RoomProps } from "./screens/room";
+import type { CaseProps } from "./screens/open-case";
 import { SettingsScreen } from "./screens/settings";
 import { forgotten, isOfFiles, missed, pending, perform } from "./state/acts";
-import { useAct, useAsked } from "./state/asked";
-import { type Page, STEPS, type Step, href, place } from "./state/route";
+import { useAct, useQuery } from "./state/requests";
+import { useLoaded } from "./state/loaded";
+import { type Page, href, place } from "./state/route";
 import { t } from "./texts";
 import { type Finding, told } from "./words";
 
-type Screen = ComponentType<RoomProps>;
+type Screen = ComponentType<CaseProps>;
 /** From when on it is said that something is not kept yet. */
 const LATE_MS = 2500;
 
 /** The screens with the canvas come in a file of their own, when the first of them is opened. */
-const WORK: Record<Exclude<Page, "capture">, () => Promise<Screen>> = {
+const SCREENS: Record<Page, () => Promise<Screen>> = {
+  capture: async () => CaptureScreen,
   compare: async () => (await import("./screens/work")).CompareScreen,
   result: async () => (await import("./screens/work")).ResultScreen,
   align: async () => (await import("./screens/work")).AlignScreen,
@@ -42,25 +44,31 @@ export function App() {
   const helping = useSignal(false);
   useEffect(() => {
     const key = (event: KeyboardEvent) => {
-      if (event.key === "Escape") helping.value = false;
+      if (event.key !== "Escape" || !helping.value) return;
+      event.stopImmediatePropagation(); // it closes the help, and drops no edit that is open beside it
+      helping.value = false;
     };
-    addEventListener("keydown", key);
-    return () => removeEventListener("keydown", key);
+    addEventListener("keydown", key, { capture: true });
+    return () => removeEventListener("keydown", key, { capture: true });
   }, []);
+  const title = here.at === "case" || here.at === "phone" ? "" : t(here.at);
+  useEffect(() => {
+    if (title) document.title = `${title}: limbgram`;
+  }, [title]);
   if (here.at === "phone") return <PhoneScreen key={here.id} id={here.id} />;
   if (here.at === "case")
     return <CaseScreen key={here.id} id={here.id} step={here.step} helping={helping.value} onHelp={() => (helping.value = !helping.value)} />;
   return (
     <Shell place={here} head={null} helping={helping.value} onHelp={() => (helping.value = !helping.value)}>
-      <Around helping={helping.value} topic={here.at} onClose={() => (helping.value = false)}>
+      <WithNotices helping={helping.value} topic={here.at} onClose={() => (helping.value = false)}>
         {here.at === "cameras" ? <CameraScreen /> : here.at === "settings" ? <SettingsScreen /> : <CasesScreen />}
-      </Around>
+      </WithNotices>
     </Shell>
   );
 }
 
 /** What lies round a screen: help beside it, and what is wrong with the way to the program. */
-function Around({ children, helping, topic, onClose }: { children: preact.ComponentChildren; helping: boolean; topic: string; onClose: () => void }) {
+function WithNotices({ children, helping, topic, onClose }: { children: preact.ComponentChildren; helping: boolean; topic: string; onClose: () => void }) {
   const waits = useWaiting();
   const cases = eachOnce(forgotten.value.map((one) => one.lane.split(" ")[0]));
   return (
@@ -120,34 +128,27 @@ function useWaiting(): number {
 }
 
 function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; helping: boolean; onHelp: () => void }) {
-  const asked = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}", { params: { path: { case_id: id } } })), [id]);
-  const news = useSignal<Readonly<Record<string, number>>>({});
-  const screen = useSignal<{ step: Page; part: Screen } | null>(null);
+  const asked = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}", { params: { path: { case_id: id } } })), [id]);
+  const changes = useSignal<Readonly<Record<string, number>>>({});
+  const CaseStep = useLoaded(step, (wanted) => SCREENS[wanted]());
   useEffect(
     () =>
       listen(`/cases/${encodeURIComponent(id)}/events`, (changed) => {
-        const counts = { ...news.value };
+        const counts = { ...changes.value };
         for (const subject of changed) counts[subject] = (counts[subject] ?? 0) + 1;
-        news.value = counts;
+        changes.value = counts;
         void asked.again();
       }),
     [id],
   );
-  useEffect(() => {
-    if (step === "capture") screen.value = { step, part: CaptureScreen };
-    else
-      void WORK[step]().then((part) => {
-        screen.value = { step, part };
-      });
-  }, [step]);
   const one = asked.value.value;
-  const Part = screen.value?.step === step ? screen.value.part : null;
+  const title = `${step === "compare" ? t("compare") : t(`step.${step}`)} ${id}: limbgram`;
   useEffect(() => {
-    document.title = `${step === "compare" ? t("compare") : t(`step.${step}`)} ${id}: limbgram`;
-  }, [step, id]);
+    document.title = title;
+  }, [title]);
   return (
     <Shell place={{ at: "case", id, step }} head={headOf(id, one)} helping={helping} onHelp={onHelp}>
-      <Around helping={helping} topic={step} onClose={onHelp}>
+      <WithNotices helping={helping} topic={step} onClose={onHelp}>
         {one && one.unreadable.length > 0 && <Unreadable id={id} found={one.unreadable} again={asked.again} />}
         {asked.refused.value && !one ? (
           <main class="cases" id="content" tabIndex={-1}>
@@ -160,14 +161,14 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
               }
             />
           </main>
-        ) : one && Part ? (
-          <Part room={{ id, info: one, news: news.value, again: asked.again }} />
+        ) : one && CaseStep ? (
+          <CaseStep openCase={{ id, info: one, changes: changes.value, again: asked.again }} />
         ) : (
           <main id="content" class="waiting" aria-busy="true">
             <span class="unseen">{t("loading")}</span>
           </main>
         )}
-      </Around>
+      </WithNotices>
     </Shell>
   );
 }
@@ -192,25 +193,3 @@ function Unreadable({ id, found, again }: { id: string; found: readonly Finding[
     </>
   );
 }
-
-function headOf(id: string, one: Schemas["Case"] | null): CaseHead {
-  const later: StepState = { state: "later", note: "" };
-  const steps = Object.fromEntries(STEPS.map((step) => [step, later])) as Record<Step, StepState>;
-  for (const step of one?.steps ?? [])
-    steps[step.name] = {
-      state: step.state === "done" ? "done" : step.state === "locked" ? "later" : "open",
-      note: step.state === "check" ? t("step.check") : lineOf(step, one),
-      warn: step.state === "check",
-    };
-  return { id, kind: one ? (one.sample ? t("kind.sample") : kindName(one.kind)) : "", side: one?.side, steps };
-}
-
-/** What a step has brought. */
-function lineOf({ name, state, count, front }: Schemas["Step"], one: Schemas["Case"] | null): string {
-  if (state === "locked") return "";
-  if (name === "result") return one?.verdict ? t(`verdict.${one.verdict.light}`) : t("result.none");
-  if (name === "record") return "";
-  return t(name === "align" && front ? "state.front" : LINES[name], count);
-}
-
-const LINES = { capture: "state.photos", align: "state.places", measure: "state.tapes", rectify: "state.edits", send: "state.files" } as const;

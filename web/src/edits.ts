@@ -7,14 +7,14 @@ import { signal } from "@preact/signals";
 import type { Schemas } from "./api/client";
 import { language } from "./texts";
 
-export type Kind = Schemas["EditKind"];
+export type EditKind = Schemas["EditKind"];
 export type Parameter = Schemas["FieldReply"];
 
 /** None until the server has answered. */
-export const kinds = signal<readonly Kind[]>([]);
+export const editKinds = signal<readonly EditKind[]>([]);
 
 /** What an edit is called, and the name that recipes use until that is known. */
-export const nameOf = (kind: string) => wordsOf(kind)?.name ?? kind;
+export const editName = (kind: string) => wordsOf(kind)?.name ?? kind;
 
 /** What it does. */
 export const purposeOf = (kind: string) => wordsOf(kind)?.does ?? "";
@@ -31,4 +31,4 @@ export const helpOf = (kind: string, name: string) => wordsOf(kind)?.help[name] 
 /** What a word to choose is called; undefined where it is no such word. */
 export const choiceOf = (kind: string, choice: string): string | undefined => wordsOf(kind)?.choices[choice];
 
-const wordsOf = (kind: string): Schemas["EditWords"] | undefined => kinds.value.find((one) => one.kind === kind)?.words[language.value];
+const wordsOf = (kind: string): Schemas["EditWords"] | undefined => editKinds.value.find((one) => one.kind === kind)?.words[language.value];

@@ -4,6 +4,7 @@
  */
 import { signal } from "@preact/signals";
 
+import { decimalsOf, marked } from "./numbers";
 import { type Language, language } from "./texts";
 
 export type Value = null | boolean | number | string | Finding | readonly Value[];
@@ -122,7 +123,7 @@ function said(value: Value, how: string, values: Readonly<Record<string, Value>>
   if (how.includes("|")) return filled(chosen(value, how), values);
   if (value === null) return "?";
   if (typeof value === "boolean") return String(value);
-  if (typeof value === "number") return numberIn(value, how);
+  if (typeof value === "number") return formatted(value, how);
   if (typeof value === "string") return NAMED.includes(how) ? named(value, how) : cut(value, how);
   if (isFinding(value)) return clause(value, how);
   return several(value, how, values);
@@ -160,9 +161,9 @@ function several(items: readonly Value[], how: string, values: Readonly<Record<s
   return each.join(typeof one === "object" && one !== null && !Array.isArray(one) ? "; " : ", ");
 }
 
-function numberIn(value: number, how: string): string {
+function formatted(value: number, how: string): string {
   const half = /^±\.(\d)f$/.exec(how)?.[1];
-  if (half !== undefined) return spoken(`± ${value.toFixed(decimalsOf(value, Number(half)))}`);
+  if (half !== undefined) return marked(`± ${value.toFixed(decimalsOf(value, Number(half)))}`);
   const [, plus, grouped, places, kind] = /^(\+?)(,?)(?:\.(\d+))?([dfg%]?)$/.exec(how) ?? [];
   const digits = places === undefined ? undefined : Number(places);
   let text: string;
@@ -173,15 +174,7 @@ function numberIn(value: number, how: string): string {
   if (Number.parseFloat(text) === 0) text = text.replace("-", "");
   if (grouped) text = text.replace(/^-?\d+/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, ","));
   if (plus && !text.startsWith("-")) text = `+${text}`;
-  return spoken(text);
-}
-
-/** One digit at least: what is smaller than the decimals is not told as nothing. */
-const decimalsOf = (value: number, decimals: number): number =>
-  value > 0 && value < 0.5 * 10 ** -decimals ? Math.min(-Math.floor(Math.log10(value)), 9) : decimals;
-
-function spoken(text: string): string {
-  return language.value === "en" ? text : text.replace(/[.,]/g, (mark) => (mark === "." ? "," : "."));
+  return marked(text);
 }
 
 function quote(value: Value): string {

@@ -167,7 +167,7 @@ test("what one person had not finished goes on for that name alone, and another 
   answers = [lost];
   void before.perform("K7Q-4F2", "patch", TAPE, read(100, 300)).catch(() => {});
   await vi.advanceTimersByTimeAsync(100);
-  before.restActs(); // Ada signs out: nothing more is sent, and what waits stays
+  before.stopActs(); // Ada signs out: nothing more is sent, and what waits stays
   calls = [];
   await vi.advanceTimersByTimeAsync(60_000);
   expect(calls).toEqual([]);

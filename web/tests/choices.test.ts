@@ -51,6 +51,14 @@ test("a taped girth is sent once it is whole, and only where there is a size", a
   expect(tapesOf({ ...whole, board: "none" })).toEqual([]);
 });
 
+test("a shape without a size is asked for only where no board is looked for", async () => {
+  const { jobOf, keepChoices } = await import("../src/state/choices");
+  keepChoices("A", { board: "none", unscaled: true });
+  expect(jobOf("A")).toMatchObject({ board: null, unscaled: true });
+  keepChoices("A", { board: "printed" });
+  expect(jobOf("A")).toMatchObject({ unscaled: false, surface: "ball-pivoting" });
+});
+
 test("what another window chose meanwhile stays chosen, and is seen here", async () => {
   const { choicesOf, keepChoices } = await import("../src/state/choices");
   keepChoices("A", { cameras: ["one"] });

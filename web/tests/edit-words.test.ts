@@ -27,11 +27,11 @@ const ASKS = {
   values: { number: 2, edit: "load: at = [1.0, 2.0, 3.0]", concerns: [PUT, DEEP], words: ["load on tibial crest", "depth to 13 mm"] },
 };
 
-test("what an edit presses on is said in the language chosen", async () => {
+test("what an edit presses on is sentences in the language chosen", async () => {
   const { setLanguage } = await import("../src/texts");
   const { words } = await import("../src/words");
-  const { said } = await import("../src/screens/edit-words");
-  expect(said(PUT)).toBe("The load is put on the tibial crest: bone edge under the skin.");
+  const { sentences } = await import("../src/screens/edit-words");
+  expect(sentences(PUT)).toBe("The load is put on the tibial crest: bone edge under the skin.");
   setLanguage("de");
   words.value = {
     de: {
@@ -39,8 +39,8 @@ test("what an edit presses on is said in the language chosen", async () => {
       terms: { "tibial crest": "Schienbeinkante", "bone edge under the skin": "Knochenkante unter der Haut" },
     },
   };
-  expect(said(PUT)).toBe("Die Belastung liegt auf: Schienbeinkante (Knochenkante unter der Haut).");
-  expect(said(DEEP)).toBe("Die Tiefe ist 12,5 mm.");
+  expect(sentences(PUT)).toBe("Die Belastung liegt auf: Schienbeinkante (Knochenkante unter der Haut).");
+  expect(sentences(DEEP)).toBe("Die Tiefe ist 12,5 mm.");
 });
 
 test("a refusal for want of a word is told by what it is about; another refusal is not taken for one", async () => {
@@ -71,9 +71,9 @@ test("the scan has its sock on or off only as it is recorded", async () => {
 });
 
 test("a template is called as its file says", async () => {
-  const { wordsOf } = await import("../src/screens/edit-words");
+  const { summaryOf } = await import("../src/screens/edit-words");
   const of = (learned: string) =>
-    wordsOf({ number: 1, kind: "from-template", on: true, accept: [], parameters: { learned, strength: 0.5 }, telling: [], text: "" });
+    summaryOf({ number: 1, kind: "from-template", on: true, accept: [], parameters: { learned, strength: 0.5 }, telling: [], text: "" });
   const file = { steps: [{ name: "not this" }], name: 'Knee "new" \u00e4' };
   expect(of(JSON.stringify(file))).toMatchObject({ where: 'Knee "new" \u00e4', amount: "50 %" });
   expect(of("no file")).toMatchObject({ where: "" });

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 
 import { guessFrame } from "../src/geometry/guess";
-import { apply, cross, dot, inverse } from "../src/geometry/vectors";
+import { apply, cross, dot } from "../src/geometry/vectors";
 
 /** A cup: closed at `tip`, open at the other end, its axis along a tilted direction. */
 function cup(): [Float32Array, Uint32Array] {
@@ -35,12 +35,10 @@ test("the open end is proximal, whichever way the limb stands", () => {
   expect(apply(turned, [0, 0, 300])[2]).toBeCloseTo(0, 3);
 });
 
-test("the frame is a rotation, and its inverse takes it back", () => {
+test("the frame is a rotation", () => {
   const [positions, indices] = cup();
   const frame = guessFrame(positions, indices, [1, 1, 0]);
   const [x, y, z] = frame.rotation;
   expect(dot(cross(x, y), z)).toBeCloseTo(1, 9);
-  const there = apply(frame, [3, 4, 5]);
-  const back = apply(inverse(frame), there);
-  back.forEach((v, i) => expect(v).toBeCloseTo([3, 4, 5][i], 9));
+  for (const axis of frame.rotation) expect(dot(axis, axis)).toBeCloseTo(1, 9);
 });

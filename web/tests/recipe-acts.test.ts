@@ -65,3 +65,13 @@ test("a change is made on what the one before it makes", async () => {
   expect(seenBy([], "mark")).toBe("mark");
   expect(seenBy([act, { ...act, id: "a2" }], "mark")).toBe("a2");
 });
+
+test("the edit that is looked at keeps being looked at, whichever edit is moved", async () => {
+  const { movedTo } = await import("../src/screens/recipe-acts");
+  const list = ["a", "b", "c", "d", "e"];
+  for (let from = 1; from <= 5; from++)
+    for (let to = 1; to <= 5; to++) {
+      const after = list.filter((_, i) => i !== from - 1).toSpliced(to - 1, 0, list[from - 1]);
+      list.forEach((one, i) => expect(after[movedTo(i + 1, from, to) - 1]).toBe(one));
+    }
+});

@@ -1,26 +1,16 @@
 import { expect, test } from "vitest";
 
-import { bandOf, signed, widthFor, widthOf } from "../src/geometry/scales";
+import { DIFFERENCE_COLOURS, DIFFERENCE_LIMITS_MM, widthFor, widthOf } from "../src/geometry/scales";
 
-test("the scale of differences is symmetric, and pale within a quarter of a millimetre", () => {
-  expect(bandOf(0.25)).toBe(4);
-  expect(bandOf(-0.25)).toBe(4);
-  for (const mm of [0.3, 0.7, 1.5, 3]) expect(bandOf(mm) + bandOf(-mm)).toBe(8);
-  expect(bandOf(9)).toBe(8);
-  expect(bandOf(0.45)).toBe(6); // beyond the 0.40 mm that the report draws, too
-  expect(bandOf(3, 2)).toBe(7);
+test("the scale of differences is pale within a quarter of a millimetre, and has as many colours on both sides", () => {
+  expect(DIFFERENCE_LIMITS_MM[0]).toBe(0.25);
+  expect(DIFFERENCE_COLOURS).toHaveLength(2 * DIFFERENCE_LIMITS_MM.length + 1);
 });
 
 test("beyond 4 mm the range doubles", () => {
   expect(widthFor(4)).toBe(1);
   expect(widthFor(4.1)).toBe(2);
   expect(widthFor(9)).toBe(4);
-});
-
-test("a sign is a true minus, and nothing has none", () => {
-  expect(signed(-2)).toBe("−2.0");
-  expect(signed(0.34)).toBe("+0.3");
-  expect(signed(-0.04)).toBe("0.0");
 });
 
 test("the width is that of the largest difference on either side", () => {

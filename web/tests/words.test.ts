@@ -70,19 +70,20 @@ test("what an edit asks for is offered as words where it may be only some, and i
   expect(valueOf("true", field({ expected: "true or false" }))).toBe(true);
   expect(valueOf("0,5", field({ expected: "a number" }))).toBe(0.5);
   expect(valueOf("1 2,5", field({ expected: "a list in brackets", several: true }))).toEqual([1, 2, 5]);
+  expect(valueOf("80,5; 200", field({ expected: "a list in brackets", several: true }))).toEqual([80.5, 200]);
   expect(rangeOf(field({ least: 0, most: 20, above: true, unit: "mm" }))).toBe("Above 0, up to 20\u00a0mm.");
   expect(rangeOf(field({ least: 1, most: 500 }))).toBe("From 1 to 500.");
   expect(rangeOf(field({ least: 0, most: 2000, unit: "mm" }))).toBe("");
 });
 
 test("an edit that nobody here knows is called as the server says, in the language chosen", async () => {
-  const { wordsOf } = await import("../src/screens/edit-words");
-  const { kinds } = await import("../src/edits");
+  const { summaryOf } = await import("../src/screens/edit-words");
+  const { editKinds } = await import("../src/edits");
   const { setLanguage } = await import("../src/texts");
   const one = { number: 1, kind: "twist", on: true, accept: [], parameters: { by_deg: 3, about: "ankle" }, telling: ["by_deg", "about"], text: "" };
-  expect(wordsOf(one)).toMatchObject({ title: "twist", where: "by_deg 3; about ankle" });
+  expect(summaryOf(one)).toMatchObject({ title: "twist", where: "by_deg 3; about ankle" });
   const words = (name: string, by: string, ankle: string) => ({ name, group: "", does: "", labels: { by_deg: by, about: "" }, help: {}, choices: { ankle } });
-  kinds.value = [
+  editKinds.value = [
     {
       kind: "twist",
       group: "ends",
@@ -94,11 +95,11 @@ test("an edit that nobody here knows is called as the server says, in the langua
       words: { en: words("Twist", "By", "the ankle"), de: words("Verdrehen", "Um", "das Sprunggelenk") },
     },
   ];
-  expect(wordsOf(one)).toMatchObject({ title: "Twist", where: "By 3;  the ankle" });
+  expect(summaryOf(one)).toMatchObject({ title: "Twist", where: "By 3;  the ankle" });
   setLanguage("de");
-  expect(wordsOf(one)).toMatchObject({ title: "Verdrehen", where: "Um 3;  das Sprunggelenk" });
+  expect(summaryOf(one)).toMatchObject({ title: "Verdrehen", where: "Um 3;  das Sprunggelenk" });
   setLanguage("en");
-  kinds.value = [];
+  editKinds.value = [];
 });
 
 test("two files of one limb are told apart by what they are made of", async () => {

@@ -23,15 +23,18 @@ export const ROOT = `${location.origin}/api/v1`;
 
 api.use({
   onResponse({ response }) {
-    note(response.status);
+    noteStatus(response.status);
   },
   onError() {
     link.value = "lost";
   },
 });
 
+/** What is no answer: the way is lost, nobody is signed in, the page is locked, a server between is busy. */
+const NO_ANSWER: readonly number[] = [0, 401, 423, 502, 503, 504];
+
 /** Keep what a status says of the way to the server. */
-export function note(status: number): void {
+export function noteStatus(status: number): void {
   if (status === 401 || status === 423) link.value = "locked";
   else if (status > 0) link.value = "open";
 }
@@ -49,6 +52,16 @@ export class Refused extends Error {
     super(more ? `${what} ${more}` : what);
   }
 
+  /** Whether the server has not answered: the same may be asked for again. */
+  get unanswered(): boolean {
+    return NO_ANSWER.includes(this.status);
+  }
+
+  /** The program on this machine does not answer. */
+  static lost(): Refused {
+    return new Refused("Lost", t("lost"), 0, t("lost.why"));
+  }
+
   static by(kind: string, finding: Finding, status: number): Refused {
     const { what, more } = inParts(finding);
     return new Refused(kind, what, status, more, finding);
@@ -62,12 +75,12 @@ interface Answer<T> {
 }
 
 /** The answer of a call, or a `Refused` thrown with the server's sentences. */
-export async function taken<T>(call: Promise<Answer<T>>): Promise<T> {
+export async function answerOf<T>(call: Promise<Answer<T>>): Promise<T> {
   let answer: Answer<T>;
   try {
     answer = await call;
   } catch (error) {
-    if (error instanceof TypeError || (error instanceof DOMException && error.name === "TimeoutError")) throw new Refused("Lost", t("lost"), 0, t("lost.why"));
+    if (error instanceof TypeError || (error instanceof DOMException && error.name === "TimeoutError")) throw Refused.lost();
     throw error;
   }
   if (answer.error !== undefined || !answer.response.ok) throw refusedBy(answer.response.status, answer.error);
@@ -83,17 +96,31 @@ export function refusedBy(status: number, body: unknown): Refused {
   return new Refused(`HTTP ${status}`, t("cannot"), status);
 }
 
-/** Bytes of a route, with its tag, for shapes. */
-export async function bytesOf(path: string, init: RequestInit = {}): Promise<{ bytes: ArrayBuffer; tag: string; response: Response }> {
+/** What a route answers in bytes. */
+export interface Bytes {
+  readonly bytes: ArrayBuffer;
+  readonly tag: string;
+  /** Whether they are those of the tag that was asked with; then none are sent. */
+  readonly unchanged: boolean;
+}
+
+/** Bytes of a route, such as a shape, with their tag. */
+export async function bytesOf(path: string, init: RequestInit = {}): Promise<Bytes> {
   let response: Response;
   try {
     response = await fetch(`${ROOT}${path}`, { credentials: "same-origin", ...init });
   } catch (error) {
     if (error instanceof DOMException && error.name === "AbortError") throw error;
     link.value = "lost";
-    throw new Refused("Lost", t("lost"), 0, t("lost.why"));
+    throw Refused.lost();
   }
-  note(response.status);
-  if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
-  return { bytes: await response.arrayBuffer(), tag: response.headers.get("etag") ?? "", response };
+  noteStatus(response.status);
+  const unchanged = response.status === 304;
+  if (!response.ok && !unchanged) throw refusedBy(response.status, await response.json().catch(() => null));
+  return { bytes: await response.arrayBuffer(), tag: response.headers.get("etag") ?? "", unchanged };
+}
+
+/** Send a file to a route. */
+export async function putFile(path: string, file: File): Promise<void> {
+  await bytesOf(path, { method: "PUT", body: file, headers: { "Content-Type": "application/octet-stream" } });
 }

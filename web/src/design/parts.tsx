@@ -2,6 +2,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useId, useRef, useState } from "preact/hooks";
 
+import { numberIn, typedAs } from "../numbers";
 import { t } from "../texts";
 import { Icon, type IconName } from "./icons";
 
@@ -129,7 +130,7 @@ export function NumberField({
 }) {
   const id = useId();
   const bounded = (x: number) => Number(Math.min(max ?? Infinity, Math.max(min ?? -Infinity, x)).toFixed(decimals));
-  const typed = useTyped(value === null || !Number.isFinite(value) ? "" : String(Number(value.toFixed(decimals))), (x) => x !== null && onChange(x), {
+  const typed = useTyped(value === null || !Number.isFinite(value) ? "" : typedAs(Number(value.toFixed(decimals))), (x) => x !== null && onChange(x), {
     bounded,
   });
   const by = (steps: number) => typed.keep((numberIn(typed.now()) ?? 0) + steps * step);
@@ -171,12 +172,6 @@ export function NumberField({
   );
 }
 
-/** The number that somebody typed, with a comma or a point; null: it is none. */
-export function numberIn(text: string): number | null {
-  const plain = text.trim().replace(",", ".").replace("−", "-");
-  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : null;
-}
-
 /**
  * A number that is typed. It counts on Enter or on leaving; until then, and as long as it is none, the
  * field keeps what stands in it, whatever comes from the server meanwhile.
@@ -199,7 +194,7 @@ export function useTyped(shown: string, onChange: (x: number | null) => void, { 
     now.current.told = next;
     onChange(x);
   };
-  const keep = (x: number) => tell(String(bounded(x)), bounded(x));
+  const keep = (x: number) => tell(typedAs(bounded(x)), bounded(x));
   const commit = () => {
     if (!now.current.typing) return;
     const found = numberIn(now.current.text);

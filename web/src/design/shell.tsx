@@ -13,6 +13,8 @@ export interface StepState {
   readonly state: "done" | "on" | "open" | "later";
   /** One line of how it stands. */
   readonly note: string;
+  /** Which step has to come before it, in words; empty where it can be opened. */
+  readonly needs: string;
   readonly warn?: boolean;
 }
 
@@ -98,7 +100,7 @@ function StepRail({ id, here, steps }: { id: string; here: Page; steps: Record<S
   return (
     <nav class="rail" aria-label={t("steps")}>
       {STEPS.map((step, i) => {
-        const { state, note, warn } = steps[step];
+        const { state, note, needs, warn } = steps[step];
         const on = step === here;
         const inside = (
           <>
@@ -110,7 +112,7 @@ function StepRail({ id, here, steps }: { id: string; here: Page; steps: Record<S
         const look = `step ${on ? "on" : state === "done" ? "done" : state === "later" ? "later" : ""} ${warn ? "warn" : ""}`;
         if (state === "later" && !on)
           return (
-            <span key={step} class={`${look} shut`} aria-disabled="true" title={note} role="link">
+            <span key={step} class={`${look} shut`} aria-disabled="true" title={needs} role="link">
               {inside}
             </span>
           );

@@ -4,7 +4,7 @@
  * In      the points over which the hand went.
  * Out     the line as it is sent: few points, none on its neighbour; and the vertex in the middle of it.
  */
-import { ring } from "./edit";
+import { ring } from "./edit-preview";
 import { type Pixel } from "./nearest";
 import { type Vec3, distance, triple } from "./vectors";
 

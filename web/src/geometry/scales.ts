@@ -9,14 +9,6 @@ export const SURE_COLOURS = ["#F6F4F7", "#ECE5F1", "#C4ACD4", "#9B70B2", "#6E3A8
 export const DIFFERENCE_LIMITS_MM: readonly number[] = figures.DIFFERENCE_LIMITS_MM;
 export const DIFFERENCE_COLOURS = ["#123E80", "#215EAA", "#5892CE", "#96BCE0", "#F2F1EF", "#ECB8A6", "#DD7860", "#B2342E", "#7E1420"] as const;
 
-/** Which of the nine bands a difference lies in; `wider` doubles the limits on both sides. */
-export function bandOf(difference_mm: number, wider = 1): number {
-  const size = Math.abs(difference_mm);
-  let steps = 0;
-  for (const limit of DIFFERENCE_LIMITS_MM) if (size > limit * wider) steps++;
-  return 4 + Math.sign(difference_mm) * steps;
-}
-
 /** By how much the limits are multiplied: doubled where anything lies beyond 4 mm, and again. */
 export function widthFor(largest_mm: number): number {
   let wider = 1;
@@ -29,11 +21,4 @@ export function widthOf(differences_mm: Float32Array): number {
   let most = 0;
   for (const d of differences_mm) if (Math.abs(d) > most) most = Math.abs(d);
   return widthFor(most);
-}
-
-/** A number with true minus, so many decimals, and a plus where the sign tells. */
-export function signed(value: number, decimals = 1): string {
-  const text = Math.abs(value).toFixed(decimals);
-  if (Number(text) === 0) return text;
-  return (value < 0 ? "−" : "+") + text;
 }

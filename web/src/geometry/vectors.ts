@@ -25,17 +25,6 @@ export const apply = (m: Rigid, p: Vec3): Vec3 => [
   dot(m.rotation[2], p) + m.translation[2],
 ];
 
-export const inverse = (m: Rigid): Rigid => {
-  const [a, b, c] = m.rotation;
-  const rotation: [Vec3, Vec3, Vec3] = [
-    [a[0], b[0], c[0]],
-    [a[1], b[1], c[1]],
-    [a[2], b[2], c[2]],
-  ];
-  const moved: Vec3 = [dot(rotation[0], m.translation), dot(rotation[1], m.translation), dot(rotation[2], m.translation)];
-  return { rotation, translation: scale(moved, -1) };
-};
-
 export const IDENTITY: Rigid = {
   rotation: [
     [1, 0, 0],

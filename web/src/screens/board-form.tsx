@@ -1,4 +1,4 @@
-/** The board of calibration photos, as it was printed. */
+/** A board as it was printed: of calibration photos, or one's own beside the limb. */
 import type { Signal } from "@preact/signals";
 
 import type { Schemas } from "../api/client";
@@ -13,7 +13,6 @@ type Board = Schemas["BoardSpec"];
 export const CHECKERBOARD = { ...figures.LENS_BOARD, ruler: null } as Board;
 
 export function BoardForm({ board }: { board: Signal<Board> }) {
-  const set = (part: Partial<Board>) => (board.value = { ...board.value, ...part });
   return (
     <>
       <div class="setting">
@@ -28,30 +27,26 @@ export function BoardForm({ board }: { board: Signal<Board> }) {
           onChange={(kind) => (board.value = kind === "charuco" ? PRINTED : CHECKERBOARD)}
         />
       </div>
-      <div class="own-board">
-        <NumberField
-          label={t(board.value.kind === "charuco" ? "board.columns" : "board.corners.across")}
-          unit=""
-          step={1}
-          decimals={0}
-          min={2}
-          value={board.value.columns}
-          onChange={(columns) => set({ columns })}
-        />
-        <NumberField
-          label={t(board.value.kind === "charuco" ? "board.rows" : "board.corners.down")}
-          unit=""
-          step={1}
-          decimals={0}
-          min={2}
-          value={board.value.rows}
-          onChange={(rows) => set({ rows })}
-        />
-        <NumberField label={t("board.square")} unit="mm" decimals={2} min={1} value={board.value.square_mm} onChange={(square_mm) => set({ square_mm })} />
-        {board.value.kind === "charuco" && (
-          <NumberField label={t("board.marker")} unit="mm" decimals={2} min={1} value={board.value.marker_mm} onChange={(marker_mm) => set({ marker_mm })} />
-        )}
-      </div>
+      <BoardFields board={board.value} onChange={(part) => (board.value = { ...board.value, ...part })} />
     </>
+  );
+}
+
+/** How many squares, or corners between them, and how large they are. */
+export function BoardFields({ board, onChange }: { board: Board; onChange: (part: Partial<Board>) => void }) {
+  const scale = board.kind === "charuco";
+  const count = (name: "columns" | "rows", label: string) => (
+    <NumberField label={label} unit="" step={1} decimals={0} min={2} value={board[name]} onChange={(value) => onChange({ [name]: value })} />
+  );
+  const length = (name: "square_mm" | "marker_mm", label: string) => (
+    <NumberField label={label} unit="mm" decimals={2} min={1} value={board[name] ?? null} onChange={(value) => onChange({ [name]: value })} />
+  );
+  return (
+    <div class="own-board">
+      {count("columns", t(scale ? "board.columns" : "board.corners.across"))}
+      {count("rows", t(scale ? "board.rows" : "board.corners.down"))}
+      {length("square_mm", t("board.square"))}
+      {scale && length("marker_mm", t("board.marker"))}
+    </div>
   );
 }

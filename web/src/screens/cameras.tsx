@@ -2,13 +2,14 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { ROOT, Refused, type Schemas, api, note, refusedBy, taken } from "../api/client";
+import { ROOT, type Schemas, answerOf, api, putFile } from "../api/client";
 import { listen } from "../api/events";
 import figures from "../api/figures.json";
 import { Button, Chip, Confirm, Empty } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { fixed } from "../numbers";
 import { newOffer, perform } from "../state/acts";
-import { useAct, useAsked } from "../state/asked";
+import { useAct, useQuery } from "../state/requests";
 import { t, when } from "../texts";
 import { told } from "../words";
 import { BoardForm, CHECKERBOARD } from "./board-form";
@@ -16,7 +17,7 @@ import { BoardForm, CHECKERBOARD } from "./board-form";
 type Camera = Schemas["CameraReply"];
 
 export function CameraScreen() {
-  const asked = useAsked(() => taken(api.GET("/api/v1/cameras", {})), []);
+  const asked = useQuery(() => answerOf(api.GET("/api/v1/cameras", {})), []);
   const name = useSignal("");
   const making = useSignal(false);
   const act = useAct();
@@ -85,13 +86,16 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
   const path = { params: { path: { camera_id: one.id } } };
   const add = (files: File[]) =>
     act.run(async () => {
-      for (const [i, file] of files.entries()) {
-        sent.value = [i, files.length];
-        if (file.name.endsWith(".json")) await put(`/cameras/${one.id}/file`, file);
-        else await put(`/cameras/${one.id}/photos/${encodeURIComponent(file.name)}`, file);
+      try {
+        for (const [i, file] of files.entries()) {
+          sent.value = [i, files.length];
+          const to = /\.json$/i.test(file.name) ? "file" : `photos/${encodeURIComponent(file.name)}`;
+          await putFile(`/cameras/${one.id}/${to}`, file);
+        }
+      } finally {
+        sent.value = null;
+        onChange();
       }
-      sent.value = null;
-      onChange();
     });
   const calibrate = () =>
     act.run(async () => {
@@ -122,15 +126,15 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
         </Chip>
         <span class="grow" />
         <Button bare onClick={() => (removing.value = true)}>
-          {t("cameras.delete")}
+          {t("delete")}
         </Button>
       </div>
       <p class="soft">
         {[
           one.label,
-          one.focal_mm ? `${one.focal_mm.toFixed(1)} mm` : "",
+          one.focal_mm ? `${fixed(one.focal_mm, 1)} mm` : "",
           one.width_px ? `${one.width_px} × ${one.height_px}` : "",
-          one.rms_px ? t("cameras.fit", one.rms_px.toFixed(2)) : "",
+          one.rms_px ? t("cameras.fit", fixed(one.rms_px, 2)) : "",
           one.calibrated ? when(one.calibrated) : "",
         ]
           .filter(Boolean)
@@ -140,7 +144,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       {one.finding && <p class="small-note">{told(one.finding)}</p>}
       <Refusal refused={act.refused.value} />
       {removing.value && (
-        <Confirm danger title={t("cameras.delete.sure", one.name)} yes={t("cameras.delete")} onYes={() => void remove()} onNo={() => (removing.value = false)}>
+        <Confirm danger title={t("delete.sure", one.name)} yes={t("delete")} onYes={() => void remove()} onNo={() => (removing.value = false)}>
           <p>{t("cameras.delete.what")}</p>
         </Confirm>
       )}
@@ -195,16 +199,4 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       </div>
     </section>
   );
-}
-
-async function put(path: string, file: File): Promise<void> {
-  const response = await fetch(`${ROOT}${path}`, {
-    method: "PUT",
-    body: file,
-    headers: { "Content-Type": "application/octet-stream" },
-    credentials: "same-origin",
-  }).catch(() => null);
-  if (!response) throw new Refused("Lost", t("lost"), 0);
-  note(response.status);
-  if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
 }

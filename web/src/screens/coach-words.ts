@@ -3,6 +3,7 @@
  * their own words.
  */
 import type { Schemas } from "../api/client";
+import { fixed } from "../numbers";
 import { type TextKey, t } from "../texts";
 import { advice, type Finding, sentence } from "../words";
 
@@ -12,6 +13,11 @@ type Missing = Answer["missing"][number];
 export interface CoachWords {
   readonly lead: string;
   readonly why: string;
+}
+
+/** What a check says of the photos that are here: its answer, unless others have come or gone since. */
+export function checkWords({ current }: Pick<Schemas["Check"], "current">, answer: Answer): CoachWords {
+  return answer.go && !current ? { lead: t("capture.changed"), why: t("capture.changed.why") } : coachWords(answer);
 }
 
 /** The answer in one line, and what it rests on. */
@@ -30,7 +36,7 @@ function reasons(answer: Answer): string[] {
   for (const one of answer.findings) {
     const { photos, least, share } = one.values as Record<string, number>;
     if (one.code === "coach.board_unseen") found.push(t("coach.board", photos, least));
-    if (one.code.startsWith("coach.unseen.")) found.push(t("coach.seen", (100 * (1 - share)).toFixed(0), least));
+    if (one.code.startsWith("coach.unseen.")) found.push(t("coach.seen", fixed(100 * (1 - share), 0), least));
     if (one.code === "lens.zoomed") found.push(t("coach.zoomed", Number(one.values.count)));
   }
   if (answer.kept_still === false) found.push(t("coach.moved"));

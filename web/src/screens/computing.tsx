@@ -5,48 +5,42 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { type Schemas, api, bytesOf, taken } from "../api/client";
+import { type Schemas, answerOf, api, bytesOf } from "../api/client";
 import { decodeBlocks, surfaceOf } from "../api/blocks";
 import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { guessFrame } from "../geometry/guess";
+import { duration } from "../numbers";
 import { perform } from "../state/acts";
-import { useAct, useAsked } from "../state/asked";
+import { useAct, useQuery } from "../state/requests";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
-import { duration, t, tOr } from "../texts";
+import { t, tOr } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode } from "../viewer/surface";
 import { inParts } from "../words";
-import { Dots } from "./dots";
-import type { Room } from "./room";
+import { PointCloud } from "./point-cloud";
+import type { OpenCase } from "./open-case";
 
-export function Computing({ room, onLook }: { room: Room; onLook: (() => void) | null }) {
-  const path = { params: { path: { case_id: room.id } } };
-  const job = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/job", path)), [room.id, room.news.job, room.info.state]);
+type Job = Schemas["JobReply"];
+
+const ANNOUNCED_MS = 10_000;
+
+export function Computing({ openCase, onLook }: { openCase: OpenCase; onLook: (() => void) | null }) {
+  const path = { params: { path: { case_id: openCase.id } } };
+  const job = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/job", path)), [openCase.id, openCase.changes.job, openCase.info.state]);
   const act = useAct();
   const stopping = useSignal(false);
   const one = job.value.value;
   const now = useElapsed(one);
-
-  const told = useRef("");
-  const announced = useSignal("");
-  const stage = one?.stages.find((s) => s.state === "running");
-  useEffect(() => {
-    const wait = setTimeout(() => {
-      const text = stage ? tOr(`stage.${stage.name}`, stage.title) : "";
-      if (text !== told.current) announced.value = told.current = text;
-    }, 10_000);
-    if (!told.current && stage) announced.value = told.current = tOr(`stage.${stage.name}`, stage.title);
-    return () => clearTimeout(wait);
-  }, [stage?.name]);
+  const announced = useAnnounced(one);
 
   const call = (what: "pause" | "resume" | "cancel") =>
     act.run(async () => {
       stopping.value = false;
-      await perform(room.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put, again: job.again, askedSince: job.askedSince });
-      await room.again();
+      await perform(openCase.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put, again: job.again, askedSince: job.askedSince });
+      await openCase.again();
     });
 
   if (!one || one.state === "none")
@@ -58,7 +52,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
             tone="plain"
             title={t("result.none")}
             action={
-              <a class="btn" href={href.step(room.id, "capture")}>
+              <a class="btn" href={href.step(openCase.id, "capture")}>
                 {t("next.capture")}
               </a>
             }
@@ -66,30 +60,17 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
         )}
       </main>
     );
-  const active = one.state === "running" || one.state === "held" || one.state === "queued";
-  const done = one.stages.filter((s) => s.state === "done").length;
-  const failed = one.state === "refused" || one.state === "failed";
+  const active = isActive(one);
+  const failed = hasFailed(one);
   return (
     <div class="work">
-      <Arriving room={room} job={one} failed={failed} />
+      <Arriving openCase={openCase} job={one} failed={failed} />
       <aside class="pane" aria-label={t("step.result")}>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
-            <h1 class="job-head">
-              {one.state === "running"
-                ? t("job.running")
-                : one.state === "held"
-                  ? t("job.held")
-                  : one.state === "queued"
-                    ? t("job.queued", one.before)
-                    : one.state === "finished"
-                      ? t("case.state.finished")
-                      : failed
-                        ? t("job.refused")
-                        : t("job.stopped", done, one.stages.length)}
-            </h1>
+            <h1 class="job-head">{headWords(one)}</h1>
             <p class="unseen" aria-live="polite">
-              {announced.value}
+              {announced}
             </p>
             {failed && <Failure job={one} />}
             {!failed && !active && one.state !== "finished" && <p class="soft">{t("job.nothing.lost")}</p>}
@@ -118,41 +99,13 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
           </Confirm>
         )}
         <div class="next">
-          {one.state === "running" && (
-            <div class="two-buttons">
-              <Button big icon="pause" onClick={() => void call("pause")}>
-                {t("job.pause")}
-              </Button>
-              <Button big onClick={() => (stopping.value = true)}>
-                {t("cancel")}
-              </Button>
-            </div>
-          )}
-          {one.state === "queued" && (
-            <Button big onClick={() => (stopping.value = true)}>
-              {t("cancel")}
-            </Button>
-          )}
-          {one.state === "held" && (
-            <div class="two-buttons">
-              <Button go big icon="play" onClick={() => void call("resume")}>
-                {t("job.resume")}
-              </Button>
-              <Button big onClick={() => (stopping.value = true)}>
-                {t("cancel")}
-              </Button>
-            </div>
-          )}
-          {(one.state === "interrupted" || one.state === "cancelled") && (
-            <Button go big icon="play" onClick={() => void call("resume")}>
-              {t("job.continue")}
-            </Button>
-          )}
-          {failed && (
-            <Button go big onClick={() => go(href.step(room.id, "capture"))}>
-              {t("next.capture")}
-            </Button>
-          )}
+          <JobButtons
+            job={one}
+            caseId={openCase.id}
+            onPause={() => void call("pause")}
+            onResume={() => void call("resume")}
+            onStop={() => (stopping.value = true)}
+          />
           {onLook && (
             <p>
               <button type="button" class="linkish" onClick={onLook}>
@@ -167,14 +120,90 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
   );
 }
 
-function Stages({ stages }: { stages: Schemas["JobReply"]["stages"] }) {
+const isActive = ({ state }: Job): boolean => state === "running" || state === "held" || state === "queued";
+const hasFailed = ({ state }: Job): boolean => state === "refused" || state === "failed";
+
+/** How far the run is, in one line. */
+function headWords(job: Job): string {
+  if (job.state === "running") return t("job.running");
+  if (job.state === "held") return t("case.state.held");
+  if (job.state === "queued") return t("job.queued", job.before);
+  if (job.state === "finished") return t("case.state.finished");
+  if (hasFailed(job)) return t("job.refused");
+  return t("job.stopped", job.stages.filter((one) => one.state === "done").length, job.stages.length);
+}
+
+interface ButtonsProps {
+  readonly job: Job;
+  readonly caseId: string;
+  readonly onPause: () => void;
+  readonly onResume: () => void;
+  /** Asks before the run is cancelled. */
+  readonly onStop: () => void;
+}
+
+/** What can be done to the run as it stands. */
+function JobButtons({ job, caseId, onPause, onResume, onStop }: ButtonsProps) {
+  const cancel = (
+    <Button big onClick={onStop}>
+      {t("cancel")}
+    </Button>
+  );
+  if (job.state === "queued") return cancel;
+  if (job.state === "running")
+    return (
+      <div class="two-buttons">
+        <Button big icon="pause" onClick={onPause}>
+          {t("job.pause")}
+        </Button>
+        {cancel}
+      </div>
+    );
+  if (job.state === "held")
+    return (
+      <div class="two-buttons">
+        <Button go big icon="play" onClick={onResume}>
+          {t("job.resume")}
+        </Button>
+        {cancel}
+      </div>
+    );
+  if (job.state === "interrupted" || job.state === "cancelled")
+    return (
+      <Button go big icon="play" onClick={onResume}>
+        {t("job.continue")}
+      </Button>
+    );
+  if (!hasFailed(job)) return null;
+  return (
+    <Button go big onClick={() => go(href.step(caseId, "capture"))}>
+      {t("next.capture")}
+    </Button>
+  );
+}
+
+const stageName = ({ name, title }: Job["stages"][number]): string => tOr(`stage.${name}`, title);
+
+/** The stage as a screen reader hears it: the first at once, then at most one every ten seconds. */
+function useAnnounced(job: Job | null): string {
+  const [announced, setAnnounced] = useState("");
+  const stage = job?.stages.find((one) => one.state === "running");
+  useEffect(() => {
+    if (!announced && stage) return setAnnounced(stageName(stage));
+    const wait = setTimeout(() => setAnnounced(stage ? stageName(stage) : ""), ANNOUNCED_MS);
+    return () => clearTimeout(wait);
+  }, [stage?.name]);
+  return announced;
+}
+
+function Stages({ stages }: { stages: Job["stages"] }) {
   return (
     <ol class="stages">
       {stages.map((s, i) => (
         <li key={s.name} class={s.state}>
           <span class="n">{s.state === "done" ? <Icon name="tick" small /> : i + 1}</span>
           <span class="grow">
-            {tOr(`stage.${s.name}`, s.title)}
+            {stageName(s)}
             {s.state === "running" && s.total > 0 && (
               <svg class="stage-bar" viewBox="0 0 100 4" preserveAspectRatio="none" role="img" aria-label={`${s.done} / ${s.total}`}>
                 <rect class="all" width="100" height="4" />
@@ -190,7 +219,7 @@ function Stages({ stages }: { stages: Schemas["JobReply"]["stages"] }) {
   );
 }
 
-function Failure({ job }: { job: Schemas["JobReply"] }) {
+function Failure({ job }: { job: Job }) {
   const { what, more } = job.finding ? inParts(job.finding) : { what: "", more: "" };
   return (
     <Notice tone="red" title={what}>
@@ -200,14 +229,14 @@ function Failure({ job }: { job: Schemas["JobReply"] }) {
   );
 }
 
-function leftWords(left: NonNullable<Schemas["JobReply"]["left"]>): string {
+function leftWords(left: NonNullable<Job["left"]>): string {
   const low = duration(left.least_s);
   const high = duration(left.most_s);
   return low === high ? t("job.about", high) : t("job.between", low, high);
 }
 
 /** Elapsed seconds: the server's, counted on between its answers. It never goes back. */
-function useElapsed(job: Schemas["JobReply"] | null): number {
+function useElapsed(job: Job | null): number {
   const [now, setNow] = useState(0);
   const from = useRef({ at: 0, elapsed: 0 });
   useEffect(() => {
@@ -222,25 +251,25 @@ function useElapsed(job: Schemas["JobReply"] | null): number {
 }
 
 /** What is there already: cameras and points, then the surface. */
-function Arriving({ room, job, failed }: { room: Room; job: Schemas["JobReply"]; failed: boolean }) {
+function Arriving({ openCase, job, failed }: { openCase: OpenCase; job: Job; failed: boolean }) {
   const mode = useSignal<Mode>("surface");
   const { there } = job;
-  const path = { params: { path: { case_id: room.id } } };
-  const shape = useAsked(async (): Promise<Shown | null> => {
+  const path = { params: { path: { case_id: openCase.id } } };
+  const shape = useQuery(async (): Promise<Shown | null> => {
     if (!there.surface || failed) return null;
-    const { bytes } = await bytesOf(`/cases/${room.id}/job/surface`);
+    const { bytes } = await bytesOf(`/cases/${openCase.id}/job/surface`);
     const surface = surfaceOf(decodeBlocks(bytes));
     return { surface, frame: guessFrame(surface.positions, surface.indices), aligned: false };
-  }, [room.id, there.surface, failed, done(job, "measure")]);
-  const dots = useAsked(async () => {
+  }, [openCase.id, there.surface, failed, isDone(job, "measure")]);
+  const dots = useQuery(async () => {
     if (failed || !(there.cameras || there.cloud)) return null;
-    const cameras = there.cameras ? await taken(api.GET("/api/v1/cases/{case_id}/job/cameras", path)) : [];
-    const cloud = there.cloud ? decodeBlocks((await bytesOf(`/cases/${room.id}/job/cloud?most=30000`)).bytes) : null;
+    const cameras = there.cameras ? await answerOf(api.GET("/api/v1/cases/{case_id}/job/cameras", path)) : [];
+    const cloud = there.cloud ? decodeBlocks((await bytesOf(`/cases/${openCase.id}/job/cloud?most=30000`)).bytes) : null;
     return { cameras, cloud };
-  }, [room.id, there.cameras, there.cloud, failed]);
+  }, [openCase.id, there.cameras, there.cloud, failed]);
   if (shape.value.value)
     return <Stage shown={shape.value.value} label={t("stage.limb")} mode={mode} modes={["surface", "photo", "sure"]} keys={t("job.keys.surface")} />;
-  if (dots.value.value) return <Dots cameras={dots.value.value.cameras} cloud={dots.value.value.cloud} />;
+  if (dots.value.value) return <PointCloud cameras={dots.value.value.cameras} cloud={dots.value.value.cloud} />;
   return (
     <main class="stage" id="content" tabIndex={-1}>
       <div class="empty">
@@ -252,4 +281,4 @@ function Arriving({ room, job, failed }: { room: Room; job: Schemas["JobReply"];
   );
 }
 
-const done = (job: Schemas["JobReply"], name: string) => job.stages.some((s) => s.name === name && s.state === "done");
+const isDone = (job: Job, name: string) => job.stages.some((s) => s.name === name && s.state === "done");

@@ -19,7 +19,8 @@ export interface DialData {
   readonly add: readonly { readonly letter: string; readonly azimuth_deg: number; readonly high: boolean }[];
 }
 
-const SECTORS = { low: 24, high: 24 } as const;
+/** Of each ring. */
+const SECTORS = 24;
 /** Degrees above the horizon from which a photo counts as taken high. */
 export const HIGH_DEG = 35;
 const SPREAD_DEG = 21;
@@ -49,13 +50,12 @@ export function Dial({ data, label }: { data: DialData | null; label: string }) 
   return (
     <svg class="dial" viewBox="-190 -146 380 292" role="img" aria-label={label}>
       {rings.map(({ high, inner, outer, at }) => {
-        const count = high ? SECTORS.high : SECTORS.low;
         const mine = photos.filter((one) => one.elevation_deg >= HIGH_DEG === high);
-        const wide = 360 / count;
+        const wide = 360 / SECTORS;
         const used = mine.length > 0 || (data?.gaps.some((gap) => gap.high === high) ?? false);
         return (
           <g key={String(high)} class={used ? "" : "unused"}>
-            {Array.from({ length: count }, (_, i) => {
+            {Array.from({ length: SECTORS }, (_, i) => {
               const middle = i * wide;
               const nearest = Math.min(360, ...mine.map((one) => apart(one.azimuth_deg, middle)));
               const missing = data?.gaps.some((gap) => gap.high === high && within(middle, gap.from_deg, gap.to_deg)) ?? false;

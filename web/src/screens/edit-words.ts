@@ -1,16 +1,16 @@
 /** The server's words about edits, in the language chosen: a name is the key, numbers are put in. */
 import type { Schemas } from "../api/client";
 import { innermost } from "../design/refusal";
-import { signed } from "../geometry/scales";
-import { choiceOf, labelOf, nameOf } from "../edits";
+import { fixed, signed, typedAs } from "../numbers";
+import { choiceOf, editName, labelOf } from "../edits";
 import { t } from "../texts";
 import { type Finding, term, told } from "../words";
 
 /** What an edit is called, where it works, and its number to change later. */
-export function wordsOf(one: Schemas["EditReply"]): { title: string; where: string; amount: string; field: string | null } {
+export function summaryOf(one: Schemas["EditReply"]): { title: string; where: string; amount: string; field: string | null } {
   const p = one.parameters as Record<string, unknown>;
   const depth = Number(p.depth_mm);
-  const title = nameOf(one.kind);
+  const title = editName(one.kind);
   const within = Array.isArray(p.within) && p.within.length > 0;
   const where = within ? t("drawn.region") : typeof p.at === "string" ? term(p.at) : p.at ? t("a.point") : numbersOf(one);
   if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
@@ -18,11 +18,11 @@ export function wordsOf(one: Schemas["EditReply"]): { title: string; where: stri
     return {
       title,
       where: templateName(p.learned),
-      amount: `${(100 * Number(p.strength)).toFixed(0)} %`,
+      amount: `${fixed(100 * Number(p.strength), 0)} %`,
       field: null,
     };
   const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
-  return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
+  return { title, where, amount: Number.isFinite(thickness) ? `${typedAs(thickness)} mm` : "", field: null };
 }
 
 /** What a template is called, by its file, which is JSON; nothing of one that no program reads. */
@@ -45,11 +45,11 @@ function numbersOf(one: Schemas["EditReply"]): string {
 function valueOf(kind: string, value: unknown): string {
   if (Array.isArray(value)) return value.map((each) => valueOf(kind, each)).join(", ");
   if (typeof value === "boolean") return t(value ? "yes" : "no");
-  return typeof value === "string" ? (choiceOf(kind, value) ?? term(value)) : String(value);
+  return typeof value === "string" ? (choiceOf(kind, value) ?? term(value)) : typeof value === "number" ? typedAs(value) : String(value);
 }
 
 /** A finding as sentences of their own. */
-export function said(one: Schemas["FindingReply"] | Finding): string {
+export function sentences(one: Schemas["FindingReply"] | Finding): string {
   const text = told(one as Finding);
   return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
 }
@@ -59,7 +59,7 @@ export function askedBy(finding: Finding | null): { what: string; words: readonl
   const asks = innermost(finding);
   if (asks?.code !== "recipe.asks" && asks?.code !== "recipe.edit.asks") return null;
   const { concerns, words } = asks.values as { concerns: readonly Finding[]; words: readonly string[] };
-  return { what: concerns.map(said).join(" "), words };
+  return { what: concerns.map(sentences).join(" "), words };
 }
 
 /** What the colours are held against, and whether the scan still has its sock on, where that is recorded. */

@@ -1,49 +1,49 @@
 /**
- * Photos from a phone in the same network: a link and its picture, once the door is switched on.
+ * Photos from a phone in the same network: the link, and its picture as a code.
  *
- * The door is off until somebody here switches it on; it closes by itself, and when it is told to.
+ * Sending is off until somebody here switches it on; it ends by itself, and when it is switched off.
  */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../api/client";
+import { type Schemas, answerOf, api } from "../api/client";
 import { Button, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { useAct } from "../state/asked";
+import { useAct } from "../state/requests";
 import { t } from "../texts";
-import type { Room } from "./room";
+import type { OpenCase } from "./open-case";
 
 const LOOK_MS = 20_000;
 
-export function FromPhone({ room, onClose }: { room: Room; onClose: () => void }) {
-  const path = { params: { path: { case_id: room.id } } };
-  const door = useSignal<Schemas["Phone"] | null>(null);
+export function FromPhone({ openCase, onClose }: { openCase: OpenCase; onClose: () => void }) {
+  const path = { params: { path: { case_id: openCase.id } } };
+  const phone = useSignal<Schemas["Phone"] | null>(null);
   const act = useAct();
   const look = () =>
     act.run(async () => {
-      const now = await taken(api.GET("/api/v1/cases/{case_id}/phone", path));
-      const shown = door.value;
-      door.value = now.open && shown?.url ? { ...now, url: shown.url, qr_svg: shown.qr_svg } : now;
+      const now = await answerOf(api.GET("/api/v1/cases/{case_id}/phone", path));
+      const shown = phone.value;
+      phone.value = now.open && shown?.url ? { ...now, url: shown.url, qr_svg: shown.qr_svg } : now;
     });
   const open = () =>
     act.run(async () => {
-      door.value = await taken(api.POST("/api/v1/cases/{case_id}/phone", path));
+      phone.value = await answerOf(api.POST("/api/v1/cases/{case_id}/phone", path));
     });
   const close = () =>
     act.run(async () => {
-      await taken(api.DELETE("/api/v1/cases/{case_id}/phone", path));
-      door.value = null;
+      await answerOf(api.DELETE("/api/v1/cases/{case_id}/phone", path));
+      phone.value = null;
     });
   useEffect(() => {
     void look();
     const again = window.setInterval(() => {
-      if (door.value?.open) void look();
+      if (phone.value?.open) void look();
     }, LOOK_MS);
     return () => clearInterval(again);
-  }, [room.id]);
+  }, [openCase.id]);
 
-  const on = door.value?.open === true;
-  const shown = on && door.value?.url ? door.value : null;
+  const on = phone.value?.open === true;
+  const shown = on && phone.value?.url ? phone.value : null;
   return (
     <section class="from-phone" aria-label={t("capture.phone")}>
       {shown && <img class="qr" src={pictureOf(shown.qr_svg)} alt={t("phone.qr")} width="200" height="200" />}
@@ -51,8 +51,8 @@ export function FromPhone({ room, onClose }: { room: Room; onClose: () => void }
         <h2 aria-live="polite">{t(shown ? "phone.scan" : on ? "phone.on" : "phone.off")}</h2>
         <p>{shown ? t("phone.once") : t("phone.what")}</p>
         {shown && <p class="mono">{shown.url}</p>}
-        {on && <p>{t("phone.closes", Math.max(1, Math.round((door.value?.closes_s ?? 0) / 60)))}</p>}
-        {!(on && door.value?.encrypted) && <p class="soft">{t("phone.open.text")}</p>}
+        {on && <p>{t("phone.closes", Math.max(1, Math.round((phone.value?.closes_s ?? 0) / 60)))}</p>}
+        {!(on && phone.value?.encrypted) && <p class="soft">{t("phone.open.text")}</p>}
         <p class="soft">{t("phone.ios")}</p>
         <div class="acts">
           {shown ? (

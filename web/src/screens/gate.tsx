@@ -77,7 +77,7 @@ function Entry({ user }: { user?: string }) {
           <Icon name="limb" />
           limbgram
         </p>
-        <h1>{t(user ? "gate.locked" : "gate.sign.in")}</h1>
+        <h1>{t(user ? "locked" : "gate.sign.in")}</h1>
         <p class="soft">{user ? t("gate.locked.why", user) : t("gate.sign.in.why")}</p>
         {user ? (
           <input class="unseen" name="name" autocomplete="username" value={user} readOnly tabIndex={-1} aria-hidden="true" />
@@ -112,7 +112,7 @@ function Entry({ user }: { user?: string }) {
         )}
         <div class="acts">
           <button type="submit" class="btn go big" aria-busy={busy.value}>
-            {t(user ? "gate.unlock" : "gate.in")}
+            {t(user ? "gate.unlock" : "gate.sign.in")}
           </button>
           {user && <Button onClick={() => void signOut()}>{t("gate.other")}</Button>}
         </div>

@@ -12,7 +12,7 @@ export function HelpPanel({ topic, onClose }: { topic: string; onClose: () => vo
     ["hand.near", "hand.near.how"],
     ["hand.fit", "hand.fit.how"],
     ["hand.views", "hand.views.how"],
-    ["hand.parallel", "hand.parallel.how"],
+    ["parallel", "hand.parallel.how"],
     ["hand.undo", "hand.undo.how"],
   ];
   const work = ["compare", "result", "align", "measure", "rectify"].includes(topic);

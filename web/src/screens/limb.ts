@@ -1,11 +1,11 @@
 /** The limb of a case as the working screens need it: what the server knows of it, and its surface. */
 import { useMemo } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../api/client";
+import { type Schemas, answerOf, api } from "../api/client";
 import type { Rigid, Vec3 } from "../geometry/vectors";
-import { type Asked, useAsked } from "../state/asked";
+import { type Query, useQuery } from "../state/requests";
 import { type Fetched, fetchSurface, frameOf } from "../state/shapes";
-import type { Room } from "./room";
+import type { OpenCase } from "./open-case";
 
 export interface Limb {
   readonly reply: Schemas["LimbReply"];
@@ -14,17 +14,17 @@ export interface Limb {
 }
 
 export function useLimb(
-  room: Room,
+  openCase: OpenCase,
   of: "scan" | "rectified",
-): { limb: Limb | null; asked: Asked<{ reply: Schemas["LimbReply"]; fetched: Fetched; front: Vec3 | undefined }> } {
-  const path = { params: { path: { case_id: room.id } } };
-  const asked = useAsked(async () => {
+): { limb: Limb | null; asked: Query<{ reply: Schemas["LimbReply"]; fetched: Fetched; front: Vec3 | undefined }> } {
+  const path = { params: { path: { case_id: openCase.id } } };
+  const asked = useQuery(async () => {
     // One after the other: the first of them makes the server take the surface in.
-    const reply = await taken(api.GET("/api/v1/cases/{case_id}/limb", path));
-    const fetched = await fetchSurface(room.id, of);
-    const front = reply.aligned ? undefined : await frontGuess(room.id);
+    const reply = await answerOf(api.GET("/api/v1/cases/{case_id}/limb", path));
+    const fetched = await fetchSurface(openCase.id, of);
+    const front = reply.aligned ? undefined : await frontGuess(openCase.id);
     return { reply, fetched, front };
-  }, [room.id, room.news.work, room.info.state, of]);
+  }, [openCase.id, openCase.changes.work, openCase.info.state, of]);
   const value = asked.value.value;
   const limb = useMemo(
     () => (value ? { reply: value.reply, fetched: value.fetched, frame: frameOf(value.reply, value.fetched.data, value.front) } : null),

@@ -1,35 +1,35 @@
 /**
  * The page of a phone that was let in for one case: photos go in, and it says where to stand next.
  *
- * It may ask what the door of its case answers: the case, its photos, the coach's answer, and news of
- * them. The check itself is asked for at the desk, where camera and board are chosen.
+ * The server answers a phone for the case, its photos, the coach's answer, and changes of them alone. The
+ * check itself is asked for on the clinic machine, where camera and board are chosen.
  */
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 
-import { ROOT, type Schemas, api, link, taken } from "../api/client";
+import { ROOT, type Schemas, answerOf, api, link } from "../api/client";
 import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Notice, SideBadge } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { useAsked } from "../state/asked";
-import { type Upload, forgetDone, nameOf, send, uploads } from "../state/uploads";
-import { bytes, t } from "../texts";
+import { bytes } from "../numbers";
+import { useQuery } from "../state/requests";
+import { type Upload, outstanding, send, uploadName } from "../state/uploads";
+import { t } from "../texts";
 import { additions, dialOf } from "./capture";
+import { RefusedFiles } from "./refused-files";
 import { Dial } from "./dial";
-import { coachWords, remarkWords } from "./coach-words";
+import { checkWords, coachWords, remarkWords } from "./coach-words";
 import { told } from "../words";
 
 const MOST_ROWS = 5;
 
 export function PhoneScreen({ id }: { id: string }) {
   const path = { params: { path: { case_id: id } } };
-  const info = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}", path)), [id]);
-  const photos = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/photos", path)), [id]);
-  const check = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/check", path)), [id]);
+  const info = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}", path)), [id]);
+  const photos = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/photos", path)), [id]);
+  const check = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/check", path)), [id]);
   const pictures = useRef(new Map<string, string>());
-  const camera = useRef<HTMLInputElement>(null);
-  const library = useRef<HTMLInputElement>(null);
 
   const askAgain = () => {
     void photos.again();
@@ -47,12 +47,9 @@ export function PhoneScreen({ id }: { id: string }) {
     };
   }, [id]);
 
-  const sending = uploads.value.get(id) ?? [];
   const list = photos.value.value;
   const here = list?.photos.filter((one) => one.state !== "arriving") ?? [];
-  const moving = sending.filter((one) => one.state !== "here" && !here.some((photo) => photo.name === one.name));
-  const refused = moving.filter((one) => one.state === "refused");
-  const waiting = moving.filter((one) => one.state !== "refused");
+  const { onTheirWay: waiting, refused } = outstanding(id, here);
   const lost = link.value === "lost" || waiting.some((one) => one.state === "offline");
   useEffect(() => {
     if (!waiting.length) return;
@@ -61,19 +58,14 @@ export function PhoneScreen({ id }: { id: string }) {
     return () => removeEventListener("beforeunload", stay);
   }, [waiting.length > 0]);
 
-  const add = (input: HTMLInputElement) => {
-    const files = [...(input.files ?? [])];
-    for (const file of files) pictures.current.set(nameOf(file), URL.createObjectURL(file));
+  const add = (files: readonly File[]) => {
+    for (const file of files) pictures.current.set(uploadName(file), URL.createObjectURL(file));
     if (files.length) send(id, files, () => void photos.again());
-    input.value = "";
   };
   const said = check.value.value;
   const answer = said?.answer ?? null;
   const goes = answer?.go === true && said?.current === true && !waiting.length;
   const missing = answer && !goes ? additions(answer) : [];
-  const total = here.length + waiting.length;
-  const held = list ? list.bytes + waiting.reduce((sum, one) => sum + one.sent, 0) : 0;
-  const whole = list ? list.bytes + waiting.reduce((sum, one) => sum + one.total, 0) : 0;
 
   return (
     <div class="phone-page">
@@ -103,7 +95,7 @@ export function PhoneScreen({ id }: { id: string }) {
           </div>
         )}
         {!lost && link.value === "open" && <Refusal refused={info.refused.value ?? photos.refused.value} />}
-        {answer && <Dial data={dialOf(answer)} label={coachWords(answer).lead} />}
+        {said && answer && <Dial data={dialOf(answer)} label={checkWords(said, answer).lead} />}
         <p class="phone-how">
           {missing.length
             ? [
@@ -116,11 +108,8 @@ export function PhoneScreen({ id }: { id: string }) {
             : t(answer ? "phone.same" : "phone.how")}
         </p>
         <section class="phone-state" aria-label={t("phone.sent")}>
-          <h2 aria-live="polite">{t("phone.count", here.length, total)}</h2>
-          <svg class="phone-bar" viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
-            <rect class="all" width="100" height="8" />
-            <rect class="part" width={whole ? (100 * held) / whole : 0} height="8" />
-          </svg>
+          <h2 aria-live="polite">{t("phone.count", here.length, here.length + waiting.length)}</h2>
+          <Bar bytes={list?.bytes ?? 0} waiting={list ? waiting : []} />
           <ul class="phone-list">
             {waiting.slice(0, MOST_ROWS).map((one) => (
               <OnItsWay key={one.name} upload={one} picture={pictures.current.get(one.name)} />
@@ -130,49 +119,54 @@ export function PhoneScreen({ id }: { id: string }) {
               <ToTakeAgain key={one.name} id={id} photo={one} number={i + 1} said={answer?.photos.find((other) => other.name === one.name)} />
             ))}
           </ul>
-          {refused.length > 0 && (
-            <Notice tone="red" title={t("capture.refused.some")} action={<Button onClick={() => forgetDone(id)}>{t("close")}</Button>}>
-              {refused.map((one) => (
-                <p key={one.name}>
-                  <b>{one.name}</b>: {one.message}
-                </p>
-              ))}
-            </Notice>
-          )}
+          <RefusedFiles caseId={id} refused={refused} />
           <p class="small faint">{t("phone.ios")}</p>
         </section>
       </main>
-      <footer class="phone-act">
-        <input
-          ref={camera}
-          class="unseen"
-          type="file"
-          accept="image/*"
-          capture="environment"
-          tabIndex={-1}
-          aria-hidden="true"
-          id="phone-camera"
-          onChange={(event) => add(event.currentTarget)}
-        />
-        <input
-          ref={library}
-          class="unseen"
-          type="file"
-          accept="image/*"
-          multiple
-          tabIndex={-1}
-          aria-hidden="true"
-          id="phone-files"
-          onChange={(event) => add(event.currentTarget)}
-        />
-        <Button go={!goes} icon="camera" onClick={() => camera.current?.click()}>
-          {missing.length ? t("phone.take.letter", missing[0].letter) : t("phone.take")}
-        </Button>
-        <button type="button" class="linkish" onClick={() => library.current?.click()}>
-          {t("phone.choose")}
-        </button>
-      </footer>
+      <Shutter go={!goes} letter={missing[0]?.letter ?? null} onFiles={add} />
     </div>
+  );
+}
+
+/** How many bytes are there, of all. */
+function Bar({ bytes: held, waiting }: { bytes: number; waiting: readonly Upload[] }) {
+  const sent = waiting.reduce((sum, one) => sum + one.sent, held);
+  const total = waiting.reduce((sum, one) => sum + one.total, held);
+  return (
+    <svg class="phone-bar" viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
+      <rect class="all" width="100" height="8" />
+      <rect class="part" width={total ? (100 * sent) / total : 0} height="8" />
+    </svg>
+  );
+}
+
+interface ShutterProps {
+  readonly go: boolean;
+  /** Of the photo that is asked for; null where none is. */
+  readonly letter: string | null;
+  readonly onFiles: (files: readonly File[]) => void;
+}
+
+/** Photos are taken, or chosen of those that the phone has. */
+function Shutter({ go, letter, onFiles }: ShutterProps) {
+  const camera = useRef<HTMLInputElement>(null);
+  const library = useRef<HTMLInputElement>(null);
+  const take = (input: HTMLInputElement) => {
+    onFiles([...(input.files ?? [])]);
+    input.value = "";
+  };
+  const hidden = { "class": "unseen", "type": "file", "accept": "image/*", "tabIndex": -1, "aria-hidden": "true" } as const;
+  return (
+    <footer class="phone-act">
+      <input ref={camera} {...hidden} capture="environment" id="phone-camera" onChange={(event) => take(event.currentTarget)} />
+      <input ref={library} {...hidden} multiple id="phone-files" onChange={(event) => take(event.currentTarget)} />
+      <Button go={go} icon="camera" onClick={() => camera.current?.click()}>
+        {letter ? t("phone.take.letter", letter) : t("phone.take")}
+      </Button>
+      <button type="button" class="linkish" onClick={() => library.current?.click()}>
+        {t("phone.choose")}
+      </button>
+    </footer>
   );
 }
 
@@ -245,7 +239,7 @@ function ToTakeAgain({ id, photo, number, said }: { id: string; photo: Schemas["
     <li class="bad">
       {unusable ? <span class="none" /> : <img src={`${ROOT}/cases/${id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
       <span>
-        {t("phone.photo", number)}: {unusable ? t("capture.unusable") : remarkWords(said?.remarks[0]) || t("phone.not.counted")}
+        {t("photo.number", number)}: {unusable ? t("capture.unusable") : remarkWords(said?.remarks[0]) || t("phone.not.counted")}
         <small>{t("phone.again")}</small>
       </span>
       <Icon name="warn" tone="a" />

@@ -1,38 +1,45 @@
 /** What is known of a point that was clicked: how sure it is, and the photos that measured it. */
 import { useEffect, useRef } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../api/client";
+import { type Schemas, answerOf, api } from "../api/client";
 import { Button } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import type { Vec3 } from "../geometry/vectors";
-import { useAsked } from "../state/asked";
+import { fixed, within } from "../numbers";
+import { useQuery } from "../state/requests";
 import { expert } from "../state/settings";
 import { t } from "../texts";
-import type { Room } from "./room";
+import type { OpenCase } from "./open-case";
 
 const SIDE = 25;
 
-export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; onClose: () => void }) {
-  const asked = useAsked(
+export function PointCard({ openCase, point, onClose }: { openCase: OpenCase; point: Vec3; onClose: () => void }) {
+  const asked = useQuery(
     () =>
-      taken(
-        api.POST("/api/v1/cases/{case_id}/surface/point", { params: { path: { case_id: room.id } }, body: { position_mm: [point[0], point[1], point[2]] } }),
+      answerOf(
+        api.POST("/api/v1/cases/{case_id}/surface/point", {
+          params: { path: { case_id: openCase.id } },
+          body: { position_mm: [point[0], point[1], point[2]] },
+        }),
       ),
-    [room.id, ...point],
+    [openCase.id, ...point],
   );
-  const found = asked.value.value;
+  /** What is known of this very point: nothing of the one before while it is asked for, or where it is refused. */
+  const found = asked.busy.value || asked.refused.value ? null : asked.value.value;
   const sure = found?.within_mm ?? null;
   return (
     <div class="point-card" role="region" aria-label={t("point.title")}>
       <div class="row-head">
-        <b role="status">{found ? (found.filled || sure === null ? t("point.filled") : `± ${sure.toFixed(2)} mm`) : t("loading")}</b>
+        <b role="status">
+          {found ? (found.filled || sure === null ? t("point.filled") : `± ${within(sure, 2)} mm`) : asked.busy.value ? t("loading") : t("point.title")}
+        </b>
         <span class="grow" />
         <Button bare icon="close" class="icon-only" label={t("close")} onClick={onClose} />
       </div>
       <Refusal refused={asked.refused.value} />
       {found && (
         <>
-          <p class="soft">{found.in_limb_mm ? t("point.height", found.in_limb_mm[2].toFixed(1)) : t("point.unaligned")}</p>
+          <p class="soft">{found.in_limb_mm ? t("point.height", fixed(found.in_limb_mm[2], 1)) : t("point.unaligned")}</p>
           {expert.value && (
             <p class="mono">
               {found.position_mm.map((v) => v.toFixed(2)).join(", ")} mm
@@ -44,7 +51,7 @@ export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; o
               <p class="soft">{t("point.photos", found.photos.length)}</p>
               <div class="witnesses">
                 {found.photos.map((one) => (
-                  <Witnessed key={one.photo} one={one} />
+                  <Patch key={one.photo} one={one} />
                 ))}
               </div>
             </>
@@ -57,7 +64,7 @@ export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; o
 }
 
 /** The patch of 6 mm as one photo saw it, and how far it is from what all saw. */
-function Witnessed({ one }: { one: Schemas["PointPhoto"] }) {
+function Patch({ one }: { one: Schemas["PointPhoto"] }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     const ctx = canvas.current?.getContext("2d");
@@ -71,7 +78,7 @@ function Witnessed({ one }: { one: Schemas["PointPhoto"] }) {
     <figure title={`${one.photo}, ${one.angle_deg.toFixed(0)}°`}>
       <canvas ref={canvas} width={SIDE} height={SIDE} role="img" aria-label={one.photo} />
       <figcaption class="small faint">
-        {one.residual === null || one.residual === undefined ? one.photo.slice(0, 9) : `${(100 * one.residual).toFixed(0)} %`}
+        {one.residual === null || one.residual === undefined ? one.photo.slice(0, 9) : `${fixed(100 * one.residual, 0)} %`}
       </figcaption>
     </figure>
   );

@@ -46,3 +46,10 @@ export function afterActs(
   }
   return list.map((one, i) => ({ ...one, number: i + 1 }));
 }
+
+/** The number of an edit after one, which may be another, was moved from its number to a new one. */
+export function movedTo(number: number, from: number, to: number): number {
+  if (number === from) return to;
+  const left = number > from ? number - 1 : number;
+  return left >= to ? left + 1 : left;
+}

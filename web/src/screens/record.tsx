@@ -5,13 +5,13 @@ import { ROOT } from "../api/client";
 import { Icon } from "../design/icons";
 import { Segments } from "../design/parts";
 import { t } from "../texts";
-import type { RoomProps } from "./room";
+import type { CaseProps } from "./open-case";
 
 type Sheet = "record" | "report" | "accuracy";
 
-export function RecordScreen({ room }: RoomProps) {
+export function RecordScreen({ openCase }: CaseProps) {
   const sheet = useSignal<Sheet>("record");
-  const base = `${ROOT}/cases/${room.id}`;
+  const base = `${ROOT}/cases/${openCase.id}`;
   /** The sheet that is here: making one takes some seconds, and an empty frame says nothing. */
   const ready = useSignal("");
   const source = { record: `${base}/record.html`, report: `${base}/report/report`, accuracy: `${base}/report/accuracy` }[sheet.value];
@@ -44,7 +44,7 @@ export function RecordScreen({ room }: RoomProps) {
           <section>
             <h3>{t("record.kept")}</h3>
             <ul class="earlier">
-              {room.info.steps.map((step) => (
+              {openCase.info.steps.map((step) => (
                 <li key={step.name}>
                   <span>{t(`step.${step.name}`)}</span>
                   <span class="faint small">{step.state === "done" ? <Icon name="tick" small /> : ""}</span>

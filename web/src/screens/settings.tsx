@@ -1,20 +1,21 @@
 /** Settings: language, theme, this program, one more browser. */
 import { useSignal } from "@preact/signals";
 
-import { api, taken } from "../api/client";
+import { answerOf, api } from "../api/client";
 import { Button, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { useAct, useAsked } from "../state/asked";
+import { fixed } from "../numbers";
+import { useAct, useQuery } from "../state/requests";
 import { type Theme, expert, setExpert, setTheme, theme } from "../state/settings";
 import { LANGUAGES, type Language, language, setLanguage, t } from "../texts";
 
 export function SettingsScreen() {
-  const session = useAsked(() => taken(api.GET("/api/v1/session", {})), []);
+  const session = useQuery(() => answerOf(api.GET("/api/v1/session", {})), []);
   const link = useSignal("");
   const act = useAct();
   const make = () =>
     act.run(async () => {
-      link.value = (await taken(api.POST("/api/v1/session/links", {}))).url;
+      link.value = (await answerOf(api.POST("/api/v1/session/links", {}))).url;
     });
   const one = session.value.value;
   return (
@@ -74,7 +75,7 @@ export function SettingsScreen() {
         <h2>{t("settings.program")}</h2>
         {one && (
           <p class="soft">
-            limbgram {one.version}. {t("settings.machine", one.processors, (one.memory_mb / 1024).toFixed(0))} {t("local")}.
+            limbgram {one.version}. {t("settings.machine", one.processors, fixed(one.memory_mb / 1024, 0))} {t(one.network ? "local.clinic" : "local")}.
           </p>
         )}
         <p class="soft">{t("disclaimer")}</p>

@@ -4,14 +4,15 @@
  * The server does an act once, however often it comes (`limbgram.app.idempotency`), so an answer that is lost
  * on the way costs nothing. Acts of one lane (a case) go one after the other, which keeps the order in
  * which a hand made them; what was not answered yet is kept by this tab and goes on after a reload, or
- * while another screen is looked at. It goes on under the name that made it alone. Until its answer is here an act is `pending`: screens show it over
- * what the server said last, and the answer takes its place in the same moment.
+ * while another screen is looked at. It goes on under the name that made it alone. Until its answer is
+ * here an act is `pending`: screens show it over what the server said last, and the answer takes its
+ * place in the same moment.
  */
 import { batch, signal } from "@preact/signals";
 import type { FetchResponse, MaybeOptionalInit } from "openapi-fetch";
 import type { HttpMethod, MediaType, PathsWithMethod } from "openapi-typescript-helpers";
 
-import { Refused, api, taken } from "../api/client";
+import { Refused, answerOf, api } from "../api/client";
 import type { paths } from "../api/schema";
 
 export interface Act {
@@ -29,7 +30,7 @@ type Answer<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I> = path
   ? NonNullable<FetchResponse<Route, I, MediaType>["data"]>
   : never;
 
-interface Ways<T> {
+interface Options<T> {
   /** Called with the answer in the moment in which the act is no more pending. */
   readonly done?: (answer: T, sent_ms: number) => void;
   /** Asks the server anew; called instead of `done` where the answer is one of before, given again: more may have changed since. */
@@ -42,8 +43,6 @@ interface Ways<T> {
 }
 
 const KEPT = "limbgram.acts";
-/** What is no answer to an act: the way is lost, nobody is signed in, the page is locked, a server between is busy. */
-const NO_ANSWER = [0, 401, 423, 502, 503, 504];
 const FIRST_WAIT_MS = 400;
 const LONGEST_WAIT_MS = 5000;
 /** After so long the act is sent again: the server answers it once it is done. */
@@ -60,7 +59,7 @@ export const missed = signal<Refused | null>(null);
 let left: readonly Act[] | null = null;
 const unfinished = (): readonly Act[] => (left ??= JSON.parse(sessionStorage.getItem(KEPT) ?? "[]") as Act[]);
 /** Who works in this page; null: nobody, and nothing is sent any more. */
-let hand: string | null = "";
+let user: string | null = "";
 
 const answers = new Map<string, Promise<unknown>>();
 const lanes = new Map<string, Promise<unknown>>();
@@ -88,15 +87,15 @@ export function newOffer(): Offer {
   };
 }
 
-/** Do something of a case, or of all of them (`of` is empty); refused as `taken` refuses. */
+/** Do something of a case, or of all of them (`of` is empty); refused as `answerOf` refuses. */
 export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(
   of: string,
   method: M,
   path: P,
   init: I,
-  { id = newActId(), lane = of, ...ways }: Ways<Answer<M, P, I>> = {},
+  { id = newActId(), lane = of, ...options }: Options<Answer<M, P, I>> = {},
 ): Promise<Answer<M, P, I>> {
-  return begin({ id, by: hand ?? "", lane, method, path, init: init as Act["init"] }, ways as Ways<unknown>) as Promise<Answer<M, P, I>>;
+  return begin({ id, by: user ?? "", lane, method, path, init: init as Act["init"] }, options as Options<unknown>) as Promise<Answer<M, P, I>>;
 }
 
 /** The acts of a case that are pending at a route. */
@@ -106,9 +105,9 @@ export const pendingAt = (of: string, path: keyof paths): readonly Act[] =>
 /** A lane of its own is for what takes long and keeps nothing of its own: files, checks. */
 export const isOfFiles = (act: Act): boolean => act.lane.includes(" ");
 
-/** Take up what this hand had not finished when the page was left, and forget what others had not; once, when it is known whose it is. */
+/** Take up what this user had not finished when the page was left, and forget what others had not; once, when it is known who it is. */
 export function resumeActs(name: string): void {
-  hand = name;
+  user = name;
   const before = unfinished();
   left = [];
   keep(pending.value.map((one) => ({ ...one, by: name })));
@@ -116,9 +115,9 @@ export function resumeActs(name: string): void {
   for (const act of before.filter((one) => one.by === name)) begin(act, {}).catch(miss);
 }
 
-/** Send nothing more: somebody else may be signed in from now on. What is pending waits for its hand. */
-export function restActs(): void {
-  hand = null;
+/** Send nothing more: somebody else may be signed in from now on. What is pending waits for its user. */
+export function stopActs(): void {
+  user = null;
 }
 
 /** A refusal that its screen cannot show any more. */
@@ -127,7 +126,7 @@ export function miss(error: unknown): void {
   missed.value = error;
 }
 
-function begin(act: Act, { done, again, askedSince }: Ways<unknown>): Promise<unknown> {
+function begin(act: Act, { done, again, askedSince }: Options<unknown>): Promise<unknown> {
   const known = answers.get(act.id);
   if (known) return known;
   keep([...pending.value, act]);
@@ -173,14 +172,14 @@ function keep(acts: readonly Act[]): void {
 async function answered(act: Act): Promise<{ readonly found: unknown; readonly replayed: boolean; readonly sent_ms: number }> {
   const call = api.request as unknown as (method: string, path: string, init: object) => ReturnType<typeof api.GET>;
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
-    if (hand === null) return new Promise(() => {}); // this page is left
+    if (user === null) return new Promise(() => {}); // this page is left
     const sent_ms = performance.now();
     try {
       const sent = call(act.method, act.path, { ...act.init, headers: { "Act-Id": act.id }, signal: AbortSignal.timeout(SILENCE_MS) });
-      const found: unknown = await taken(sent);
+      const found: unknown = await answerOf(sent);
       return { found, replayed: (await sent).response.headers.get("Act-Replayed") === "1", sent_ms };
     } catch (error) {
-      if (!(error instanceof Refused) || !NO_ANSWER.includes(error.status)) throw error;
+      if (!(error instanceof Refused) || !error.unanswered) throw error;
       await new Promise((go) => setTimeout(go, wait));
     }
   }

@@ -68,3 +68,17 @@ export function boardOf(caseId: string): Schemas["BoardSpec"] | null {
   const { board } = choices;
   return board === "none" ? null : board === "printed" ? { ...PRINTED, ruler: { drawn_mm: RULER_MM, measured_mm: rulerOf(choices) } } : board;
 }
+
+/** What is computed, as the server wants it: without a size only where no board tells one. */
+export function jobOf(caseId: string): Schemas["JobOptions"] {
+  const choices = choicesOf(caseId);
+  return {
+    cameras: [...choices.cameras],
+    board: boardOf(caseId),
+    surface: choices.poisson ? "poisson" : "ball-pivoting",
+    unscaled: choices.board === "none" && choices.unscaled,
+    distances: [],
+    tapes: tapesOf(choices),
+    triangles: 500_000,
+  };
+}

@@ -7,7 +7,7 @@
 import { effect, signal, untracked } from "@preact/signals";
 
 import { ROOT, type Schemas, api, type Refused, link, refusedBy } from "../api/client";
-import { restActs, resumeActs } from "./acts";
+import { stopActs, resumeActs } from "./acts";
 
 const TELL_MS = 45_000;
 const MOVES = ["pointerdown", "pointermove", "keydown", "wheel", "touchstart"] as const;
@@ -77,6 +77,6 @@ export async function signOut(): Promise<void> {
 
 /** Nothing of the one who was here is left in the page, but what was not answered: it waits for the same name. */
 function leave(): void {
-  restActs();
+  stopActs();
   location.reload();
 }

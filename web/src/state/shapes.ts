@@ -18,18 +18,11 @@ const MOST = 4;
 export async function fetchSurface(caseId: string, of: "scan" | "rectified"): Promise<Fetched> {
   const key = `${caseId} ${of}`;
   const known = kept.get(key);
-  const response = await fetch(`${location.origin}/api/v1/cases/${encodeURIComponent(caseId)}/surface?of=${of}`, {
-    credentials: "same-origin",
-    headers: known ? { "If-None-Match": known.tag } : {},
-  }).catch(() => null);
-  if (known && response?.status === 304) return known;
-  if (response?.ok) return keep(key, { data: surfaceOf(decodeBlocks(await response.arrayBuffer())), tag: response.headers.get("etag") ?? "" });
-  const { bytes, tag } = await bytesOf(`/cases/${encodeURIComponent(caseId)}/surface?of=${of}`);
-  return keep(key, { data: surfaceOf(decodeBlocks(bytes)), tag });
-}
-
-export function keepSurface(caseId: string, of: "scan" | "rectified", fetched: Fetched): void {
-  keep(`${caseId} ${of}`, fetched);
+  const { bytes, tag, unchanged } = await bytesOf(
+    `/cases/${encodeURIComponent(caseId)}/surface?of=${of}`,
+    known && { headers: { "If-None-Match": known.tag } },
+  );
+  return known && unchanged ? known : keep(key, { data: surfaceOf(decodeBlocks(bytes)), tag });
 }
 
 function keep(key: string, fetched: Fetched): Fetched {

@@ -8,7 +8,7 @@
  */
 import { signal } from "@preact/signals";
 
-import { ROOT, Refused, type Schemas, api, link, note, refusedBy, taken } from "../api/client";
+import { ROOT, Refused, type Schemas, answerOf, api, link, noteStatus, refusedBy } from "../api/client";
 import { t } from "../texts";
 
 export interface Upload {
@@ -43,13 +43,25 @@ export function send(caseId: string, files: readonly File[], done: () => void): 
   queues.set(caseId, queue);
   const known = new Set((uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && one.state !== "refused").map((one) => one.name));
   for (const file of files) {
-    const name = nameOf(file);
+    const name = uploadName(file);
     if (known.has(name)) continue;
     known.add(name);
     put(caseId, { name, total: file.size, sent: 0, state: "waiting", message: "" });
     queue.waiting.push({ file, name });
   }
   for (let k = 0; k < AT_ONCE; k++) void work(caseId);
+}
+
+/** What of a case is not with the server yet. */
+export interface Outstanding {
+  readonly onTheirWay: readonly Upload[];
+  readonly refused: readonly Upload[];
+}
+
+/** The uploads of a case without those that the server holds by now. */
+export function outstanding(caseId: string, held: readonly { readonly name: string }[]): Outstanding {
+  const left = (uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && !held.some((photo) => photo.name === one.name));
+  return { onTheirWay: left.filter((one) => one.state !== "refused"), refused: left.filter((one) => one.state === "refused") };
 }
 
 /** Uploads of a case that need no more looking at are forgotten. */
@@ -59,7 +71,7 @@ export function forgetDone(caseId: string): void {
 }
 
 /** Photos of phones are all called image.jpg: the time they were taken tells them apart. */
-export function nameOf(file: { name: string; lastModified: number }): string {
+export function uploadName(file: { name: string; lastModified: number }): string {
   const clean = file.name.replace(/[\\/:*?"<>|\u0000-\u001f]/g, "_").slice(-120);
   if (!/^image\.(jpe?g|heic)$/i.test(clean)) return clean;
   const at = new Date(file.lastModified)
@@ -110,28 +122,34 @@ async function sendOne(caseId: string, name: string, file: File): Promise<void> 
       }
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      if (error.status !== 0) {
+      if (!error.unanswered) {
         say("refused", from, error.message);
         return;
       }
       say("offline", from);
-      from = await whenBack(caseId, name, file.size);
+      try {
+        from = await whenBack(caseId, name, file.size);
+      } catch (why) {
+        if (!(why instanceof Refused)) throw why;
+        say("refused", from, why.message);
+        return;
+      }
     }
   }
 }
 
-/** Wait until the server answers again; how many bytes of the file it has. */
+/** Wait until the server answers again, or somebody is signed in again; how many bytes of the file it has. */
 async function whenBack(caseId: string, name: string, total: number): Promise<number> {
   for (let looks = 0; ;) {
     await new Promise((go) => setTimeout(go, RETRY_MS));
     try {
-      const list = await taken(api.GET("/api/v1/cases/{case_id}/photos", { params: { path: { case_id: caseId } } }));
+      const list = await answerOf(api.GET("/api/v1/cases/{case_id}/photos", { params: { path: { case_id: caseId } } }));
       const there = list.photos.find((one) => one.name === name);
       if (there?.state !== "arriving") return 0;
       if (there.bytes < total) return there.bytes;
       if (looks++ >= MOST_LOOKS) return 0;
     } catch (error) {
-      if (!(error instanceof Refused) || error.status !== 0) throw error;
+      if (!(error instanceof Refused) || !error.unanswered) throw error;
     }
   }
 }
@@ -168,13 +186,13 @@ function piece(
     request.responseType = "json";
     request.upload.onprogress = (event) => progress(event.loaded);
     request.onload = () => {
-      note(request.status);
+      noteStatus(request.status);
       if (request.status >= 200 && request.status < 300) good(request.response as Schemas["Sent"]);
       else bad(refusedBy(request.status, request.response));
     };
     request.onerror = () => {
       link.value = "lost";
-      bad(new Refused("Lost", "", 0));
+      bad(Refused.lost());
     };
     request.send(file.slice(from, to));
   });

@@ -7,8 +7,14 @@
  */
 import { Vector3 } from "three";
 
-import { type Section } from "../geometry/section";
+import type { AxesTurn } from "../geometry/axes-turn";
+import type { Pixel } from "../geometry/nearest";
+import type { Section } from "../geometry/section";
+import { dragged } from "./drag";
 import { VIEWS, type View, type Viewer } from "./viewer";
+
+/** Finer than the surface's own scale, so that a hand can stop at half a millimetre. */
+const DEPTH_MM_PER_PX = 0.05;
 
 export interface Mark {
   readonly name: string;
@@ -30,13 +36,6 @@ export interface Handle {
   readonly point: Vector3;
   readonly normal: Vector3;
   readonly depth_mm: number;
-}
-
-/** What a hand did to the handles of the axes since it took one, in degrees. */
-export interface AxesDrag {
-  readonly turn_deg: number;
-  readonly flex_deg: number;
-  readonly lean_deg: number;
 }
 
 export interface Words {
@@ -71,7 +70,8 @@ export class Overlay {
   handle: Handle | null = null;
   /** Whether the long axis is drawn with its two handles. */
   axes = false;
-  onAxes: ((by: AxesDrag, done: boolean) => void) | null = null;
+  /** Told what a hand did to the handles of the axes since it took one. */
+  onAxes: ((by: AxesTurn, done: boolean) => void) | null = null;
   section: Section | null = null;
   /** Heights in mm that the ruler spans; null hides it. */
   span: readonly [number, number] | null = null;
@@ -185,9 +185,8 @@ export class Overlay {
     });
   }
 
-  private screen(shown: Vector3): readonly [number, number] {
-    const p = this.viewer.toScreen(shown);
-    return [p.x, p.y];
+  private screen(shown: Vector3): Pixel {
+    return this.viewer.toScreen(shown);
   }
 
   private box(): Box {
@@ -224,7 +223,7 @@ export class Overlay {
   /** A line of points as shown, parted into what is seen and what the limb hides. */
   private trace(points: readonly Vector3[], closed: boolean, seen: string[], hidden: string[]): void {
     const all = closed && points.length ? [...points, points[0]] : points;
-    let before: readonly [number, number] | null = null;
+    let before: Pixel | null = null;
     let open: string[] | null = null;
     for (const p of all) {
       const here = this.screen(p);
@@ -299,7 +298,7 @@ export class Overlay {
     this.flag.setAttribute("aria-valuemax", String(Math.round(high)));
     this.flag.setAttribute("aria-valuenow", String(Math.round(level)));
     this.flag.setAttribute("aria-valuetext", `${Math.round(level)} mm`);
-    let right: readonly [number, number] = [box.right, y];
+    let right: Pixel = [box.right, y];
     let most = -Infinity;
     for (const loop of this.section?.loops ?? [])
       for (let i = 0; i < loop.length; i += 4) {
@@ -353,28 +352,16 @@ export class Overlay {
     el("line", { class: "stem", x1: x, y1: y, x2: tx, y2: ty }, this.grip);
     el("circle", { class: "foot", cx: x, cy: y, r: 4 }, this.grip);
     const angle = (Math.atan2(ty - y, tx - x) * 180) / Math.PI;
-    const knob = el("g", { class: "knob", transform: `translate(${tx} ${ty})` }, this.grip);
-    el("circle", { class: "reach", r: 24 }, knob);
-    el("circle", { class: "face-of-knob", r: 13 }, knob);
-    el("path", { d: "M-5 0h10m-3-3 3 3-3 3m-4-6-3 3 3 3", transform: `rotate(${angle})` }, knob);
+    const knob = this.knob(this.grip, [tx, ty], "M-5 0h10m-3-3 3 3-3 3m-4-6-3 3 3 3", angle);
     knob.addEventListener("pointerdown", (down) => {
-      down.preventDefault();
-      down.stopPropagation();
       const start = this.handle?.depth_mm ?? 0;
       const dx = tx - x;
       const dy = ty - y;
       const far = Math.hypot(dx, dy) || 1;
-      // A tenth of a millimetre for each pixel: finer than the surface's own scale, so a hand can stop at 0.5.
-      const perPixel = 0.05;
-      const depthAt = (event: PointerEvent) => start + (((event.clientX - down.clientX) * dx + (event.clientY - down.clientY) * dy) / far) * perPixel;
-      const move = (event: PointerEvent) => this.onHandle?.(depthAt(event), false, event.altKey);
-      const up = (event: PointerEvent) => {
-        window.removeEventListener("pointermove", move);
-        window.removeEventListener("pointerup", up);
-        this.onHandle?.(depthAt(event), true, event.altKey);
-      };
-      window.addEventListener("pointermove", move);
-      window.addEventListener("pointerup", up);
+      dragged(down, (now, done) => {
+        const px = ((now.clientX - down.clientX) * dx + (now.clientY - down.clientY) * dy) / far;
+        this.onHandle?.(start + px * DEPTH_MM_PER_PX, done, now.altKey);
+      });
     });
   }
 
@@ -393,12 +380,12 @@ export class Overlay {
     const long = Math.hypot(ux, uy);
     if (long < 30) return;
     const reach = Math.max(...[box.top, box.bottom].map((y) => Math.abs(y - origin[1]))) + 30;
-    const bound = (p: readonly [number, number]): readonly [number, number] => [p[0], Math.max(30, Math.min(this.viewer.holder.clientHeight - 62, p[1]))];
+    const bound = (p: Pixel): Pixel => [p[0], Math.max(30, Math.min(this.viewer.holder.clientHeight - 62, p[1]))];
     const top = bound([origin[0] + (ux / long) * reach, origin[1] + (uy / long) * reach]);
     const low = bound([origin[0] - (ux / long) * 44, origin[1] - (uy / long) * 44]);
     for (const name of ["stem-halo", "stem"]) el("line", { class: name, x1: low[0], y1: low[1], x2: top[0], y2: top[1] }, this.axis);
     const { back } = this.viewer.axes();
-    this.knob(top, "M-7 0a9 9 0 0 1 14 0M-7 0l-1-5M-7 0l5 0M7 0l1-5M7 0l-5 0", (from, now) => {
+    this.axisKnob(top, "M-7 0a9 9 0 0 1 14 0M-7 0l-1-5M-7 0l5 0M7 0l1-5M7 0l-5 0", (from, now) => {
       const angle = (p: PointerEvent) =>
         Math.atan2(-(p.clientY - this.svg.getBoundingClientRect().top - origin[1]), p.clientX - this.svg.getBoundingClientRect().left - origin[0]);
       let by = ((angle(now) - angle(from)) * 180) / Math.PI;
@@ -407,7 +394,7 @@ export class Overlay {
       if (now.altKey) by *= 0.2;
       return { turn_deg: 0, flex_deg: by * back.x, lean_deg: by * back.y };
     });
-    this.knob(low, "M-8 0h16M-8 0l4-4M-8 0l4 4M8 0l-4-4M8 0l-4 4", (from, now) => ({
+    this.axisKnob(low, "M-8 0h16M-8 0l4-4M-8 0l4 4M8 0l-4-4M8 0l-4 4", (from, now) => ({
       turn_deg: (now.clientX - from.clientX) * (now.altKey ? 0.05 : 0.3),
       flex_deg: 0,
       lean_deg: 0,
@@ -417,25 +404,23 @@ export class Overlay {
   /** While a handle of the axes is held it stays where it was taken. */
   private holding = false;
 
-  private knob(at: readonly [number, number], sign: string, by: (from: PointerEvent, now: PointerEvent) => AxesDrag): void {
-    const knob = el("g", { class: "knob", transform: `translate(${at[0].toFixed(1)} ${at[1].toFixed(1)})` }, this.axis);
+  private axisKnob(at: Pixel, sign: string, by: (from: PointerEvent, now: PointerEvent) => AxesTurn): void {
+    this.knob(this.axis, at, sign).addEventListener("pointerdown", (down) => {
+      this.holding = true;
+      dragged(down, (now, done) => {
+        this.holding = !done;
+        this.onAxes?.(by(down, now), done);
+      });
+    });
+  }
+
+  /** A round handle with its sign, and room round it for a finger. */
+  private knob(into: Element, [x, y]: Pixel, sign: string, angle_deg = 0): SVGGElement {
+    const knob = el("g", { class: "knob", transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})` }, into);
     el("circle", { class: "reach", r: 24 }, knob);
     el("circle", { class: "face-of-knob", r: 13 }, knob);
-    el("path", { d: sign }, knob);
-    knob.addEventListener("pointerdown", (down) => {
-      down.preventDefault();
-      down.stopPropagation();
-      this.holding = true;
-      const move = (event: PointerEvent) => this.onAxes?.(by(down, event), false);
-      const up = (event: PointerEvent) => {
-        window.removeEventListener("pointermove", move);
-        window.removeEventListener("pointerup", up);
-        this.holding = false;
-        this.onAxes?.(by(down, event), true);
-      };
-      window.addEventListener("pointermove", move);
-      window.addEventListener("pointerup", up);
-    });
+    el("path", { d: sign, transform: `rotate(${angle_deg})` }, knob);
+    return knob;
   }
 
   private drawCube(): void {
@@ -445,7 +430,7 @@ export class Overlay {
     const small = width < 480;
     this.cube.setAttribute("transform", small ? `translate(${width - 46} 46)` : `translate(${width - 70} 66)`);
     const half = small ? 18 : 26;
-    const flat = (v: Vector3): readonly [number, number] => [v.dot(right) * half, -v.dot(up) * half];
+    const flat = (v: Vector3): Pixel => [v.dot(right) * half, -v.dot(up) * half];
     const across: Record<View, readonly [Vector3, Vector3]> = {
       front: [new Vector3(-1, 0, 0), new Vector3(0, 0, 1)],
       back: [new Vector3(1, 0, 0), new Vector3(0, 0, 1)],
@@ -507,10 +492,10 @@ export class Overlay {
       const along = view === "above" || view === "below";
       group.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);
       const unsure = !this.aligned && !along;
-      const lettered = (view === "left" || view === "right") && !along;
+      const lettered = view === "left" || view === "right";
       frame.setAttribute("visibility", lettered ? "inherit" : "hidden");
       frame.setAttribute("class", unsure ? "unsure" : "");
-      big.textContent = along ? "" : lettered ? letter + (unsure ? "?" : "") : letter + (unsure ? "?" : "");
+      big.textContent = along ? "" : letter + (unsure ? "?" : "");
       big.setAttribute("class", lettered ? "big" : "big word");
       small.textContent = word;
     };

@@ -9,11 +9,13 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { Icon } from "../design/icons";
 import { Button, Segments } from "../design/parts";
+import type { AxesTurn } from "../geometry/axes-turn";
 import { DIFFERENCE_COLOURS, DIFFERENCE_LIMITS_MM, SURE_STOPS_MM } from "../geometry/scales";
 import { cut, heightsOf } from "../geometry/section";
 import type { Rigid } from "../geometry/vectors";
+import { fixed } from "../numbers";
 import { language, t } from "../texts";
-import { type AxesDrag, type Handle, type Line, type Mark, Overlay, type Words } from "./overlay";
+import { type Handle, type Line, type Mark, Overlay, type Words } from "./overlay";
 import type { Hit, Mode, Surface, SurfaceData } from "./surface";
 import { type Tool, Viewer } from "./viewer";
 
@@ -38,7 +40,7 @@ interface StageProps {
   readonly handle?: Handle | null;
   readonly onHandle?: (depth_mm: number, done: boolean, fine: boolean) => void;
   /** The long axis is drawn with handles, and this is told what a hand does to them. */
-  readonly onAxes?: (by: AxesDrag, done: boolean) => void;
+  readonly onAxes?: (by: AxesTurn, done: boolean) => void;
   readonly tool?: Tool | null;
   readonly onClick?: (hit: Hit | null) => void;
   readonly onReady?: (viewer: Viewer | null) => void;
@@ -103,6 +105,7 @@ export function Stage(props: StageProps) {
     overlay.current = over;
     made.onFrame = () => over.update();
     over.onView = (view) => void made.look(view);
+    made.onParallel = (on) => (parallel.value = on);
     props.onReady?.(made);
     return () => {
       props.onReady?.(null);
@@ -164,6 +167,7 @@ export function Stage(props: StageProps) {
     o.axes = props.onAxes !== undefined && !narrow.matches;
     o.onAxes = props.onAxes ?? null;
     if (viewer.current) {
+      viewer.current.canvas.setAttribute("aria-label", props.label);
       viewer.current.tool = narrow.matches ? null : (props.tool ?? null);
       viewer.current.onClick = props.onClick ?? null;
       viewer.current.draw();
@@ -205,13 +209,7 @@ export function Stage(props: StageProps) {
           <Button icon="fit" onClick={() => viewer.current?.fit()}>
             {t("fit")}
           </Button>
-          <Button
-            pressed={parallel.value}
-            onClick={() => {
-              parallel.value = !parallel.value;
-              viewer.current?.setParallel(parallel.value);
-            }}
-          >
+          <Button pressed={parallel.value} onClick={() => viewer.current?.setParallel(!parallel.value)}>
             {t("parallel")}
           </Button>
         </div>
@@ -245,7 +243,7 @@ function SureLegend() {
       <div class="scale">
         {SURE_STOPS_MM.map((mm, i) => (
           <span key={mm} class={`at-${i}`}>
-            {mm ? mm.toFixed(2).slice(1) : "0"}
+            {mm ? fixed(mm, 2).slice(1) : "0"}
           </span>
         ))}
       </div>
@@ -262,7 +260,7 @@ function DifferenceLegend({ wider, against, ends, hatched }: { wider: number; ag
     [5, near],
     [8, far],
   ] as const;
-  const text = (mm: number) => (mm === 0.25 ? "¼" : mm === 0.5 ? "½" : mm.toFixed(Number.isInteger(mm) ? 0 : 1));
+  const text = (mm: number) => (mm === 0.25 ? "¼" : mm === 0.5 ? "½" : fixed(mm, Number.isInteger(mm) ? 0 : 1));
   return (
     <div class="legend wide">
       <b>{against}</b>

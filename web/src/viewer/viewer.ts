@@ -54,12 +54,6 @@ export interface Tool {
   cancel?(): void;
 }
 
-export interface ScreenPoint {
-  readonly x: number;
-  readonly y: number;
-  readonly behind: boolean;
-}
-
 const CLICK_PX = 4;
 const TOUCH_CLICK_PX = 10;
 const FIELD_DEG = 24;
@@ -73,6 +67,8 @@ export class Viewer {
   onClick: ((hit: Hit | null) => void) | null = null;
   onHover: ((hit: Hit | null, event: PointerEvent) => void) | null = null;
   onFrame: (() => void) | null = null;
+  /** Told when it becomes parallel or perspective, by a button or a key. */
+  onParallel: ((on: boolean) => void) | null = null;
 
   /** Surfaces shown last: going back to one costs nothing. */
   private kept: Surface[] = [];
@@ -99,6 +95,7 @@ export class Viewer {
   constructor(readonly holder: HTMLElement) {
     this.canvas.className = "limb-canvas";
     this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "application"); // its keys are its own
     holder.prepend(this.canvas);
     this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, powerPreference: "high-performance" });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
@@ -151,6 +148,7 @@ export class Viewer {
     void this.controls.setLookAt(from.x, from.y, from.z, target.x, target.y, target.z, false);
     if (on) void this.controls.zoomTo(this.orthographic.top / (distance * tangent), false);
     this.surface?.inParallel(on);
+    this.onParallel?.(on);
     this.draw();
   }
 
@@ -221,13 +219,9 @@ export class Viewer {
   }
 
   /** Where a point of the frame shown lies on the stage, in CSS pixels. */
-  toScreen(shown: Vector3): ScreenPoint {
+  toScreen(shown: Vector3): Pixel {
     const p = shown.clone().project(this.camera);
-    return {
-      x: ((p.x + 1) / 2) * this.holder.clientWidth,
-      y: ((1 - p.y) / 2) * this.holder.clientHeight,
-      behind: p.z > 1,
-    };
+    return [((p.x + 1) / 2) * this.holder.clientWidth, ((1 - p.y) / 2) * this.holder.clientHeight];
   }
 
   /** Where a point of the mesh's frame is on the page, in CSS pixels; null where the surface hides it. */
@@ -235,8 +229,8 @@ export class Viewer {
     if (!this.surface) return null;
     const shown = this.surface.toShown(point);
     const box = this.canvas.getBoundingClientRect();
-    const at = this.toScreen(shown);
-    return this.isSeen(shown, slack_mm) ? [at.x + box.left, at.y + box.top] : null;
+    const [x, y] = this.toScreen(shown);
+    return this.isSeen(shown, slack_mm) ? [x + box.left, y + box.top] : null;
   }
 
   /** Whether the surface does not hide a point of the frame shown that lies on it. */

@@ -1,8 +1,9 @@
 /** What tells the axes: the front, which end is up, the flexion; or degrees by hand once they are set. */
 import { Notice, NumberField, Segments } from "../../design/parts";
 import type { AxesTurn } from "../../geometry/axes-turn";
+import { fixed } from "../../numbers";
 import { t } from "../../texts";
-import { said } from "../edit-words";
+import { sentences } from "../edit-words";
 import { type Axes, towardsViewer } from "./axes";
 import type { Subject } from "./subject";
 
@@ -52,11 +53,11 @@ export function AxesForm({ subject, axes }: { subject: Subject; axes: Axes }) {
       )}
       {aligned && limb && (
         <p class="small faint" style={{ marginTop: "8px" }}>
-          {t("align.size", ...limb.reply.size_mm.map((v) => v.toFixed(1)))}
+          {t("align.size", ...limb.reply.size_mm.map((v) => fixed(v, 1)))}
         </p>
       )}
       {limb?.reply.notes.map((one) => (
-        <Notice key={said(one)} tone="amber" title={said(one)} />
+        <Notice key={sentences(one)} tone="amber" title={sentences(one)} />
       ))}
     </section>
   );
@@ -114,6 +115,6 @@ export function handWords(by: AxesTurn): string {
   ];
   return rows
     .filter(({ deg }) => deg !== 0)
-    .map(({ deg, plus, minus }) => `${Math.abs(deg).toFixed(1)}° ${deg > 0 ? plus : minus}`)
+    .map(({ deg, plus, minus }) => `${fixed(Math.abs(deg), 1)}° ${deg > 0 ? plus : minus}`)
     .join(", ");
 }

@@ -21,6 +21,8 @@ export interface Axes {
   readonly front: Signal<Vec3 | null>;
   /** What a hand turned since the axes were set; not kept yet. */
   readonly byHand: Signal<AxesTurn>;
+  /** Whether front or proximal end were chosen anew since they were set. */
+  readonly chosenAnew: boolean;
   /** What lacks before they can be set, in words. */
   readonly lacks: string | null;
   readonly set: () => void;
@@ -36,6 +38,8 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const flipped = useSignal(false);
   const front = useSignal<Vec3 | null>(null);
   const byHand = useSignal<AxesTurn>(STILL);
+  /** The front as it was when they were set. */
+  const frontSet = useSignal<Vec3 | null>(null);
   /** What was turned when the hand took a handle. */
   const from = useRef<AxesTurn | null>(null);
   const sideLacks = (!side || side === "none") && sided(kind);
@@ -43,17 +47,17 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const lacks = !kind ? t("align.kind.first") : sideLacks ? t("align.side.first") : !facing && !front.value ? t("align.places.first") : null;
 
   const state = async (body: Schemas["Align"], afterwards: () => void) => {
-    const { room, asked, take } = subject;
-    const path = { case_id: room.id };
+    const { openCase, asked, take } = subject;
+    const path = { case_id: openCase.id };
     await perform(
-      room.id,
+      openCase.id,
       "post",
       "/api/v1/cases/{case_id}/limb/align",
       { params: { path }, body },
       { done: take, again: asked.again, askedSince: asked.askedSince },
     );
     afterwards();
-    await room.again();
+    await openCase.again();
     await asked.again();
   };
   const set = () =>
@@ -71,6 +75,7 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
       await state(body, () => {
         subject.saved.value = t("align.done");
         flipped.value = false;
+        frontSet.value = front.value;
         byHand.value = STILL;
       });
     });
@@ -92,7 +97,8 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
     };
     if (done) from.current = null;
   };
-  return { flexion_deg, flipped, front, byHand, lacks, set, keepByHand, drag };
+  const chosenAnew = flipped.value || front.value !== frontSet.value;
+  return { flexion_deg, flipped, front, byHand, chosenAnew, lacks, set, keepByHand, drag };
 }
 
 /** From the limb towards whoever looks, in the mesh's frame; null where there is no limb. */

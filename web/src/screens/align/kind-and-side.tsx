@@ -4,20 +4,20 @@ import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { kindName, limbKinds, sided } from "../../limb-kinds";
 import { perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 import { t } from "../../texts";
-import type { RoomProps } from "../room";
+import type { CaseProps } from "../open-case";
 
-export function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }) {
+export function KindAndSide({ openCase, onDone }: CaseProps & { onDone: () => void }) {
   const act = useAct();
   const change = (body: Schemas["CaseChange"]) =>
     act.run(async () => {
-      await perform(room.id, "patch", "/api/v1/cases/{case_id}", { params: { path: { case_id: room.id } }, body });
+      await perform(openCase.id, "patch", "/api/v1/cases/{case_id}", { params: { path: { case_id: openCase.id } }, body });
       onDone();
     });
   return (
     <div class="asks">
-      {!room.info.kind && (
+      {!openCase.info.kind && (
         <>
           <h3>{t("cases.which.kind")}</h3>
           <div class="choices">
@@ -29,7 +29,7 @@ export function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }
           </div>
         </>
       )}
-      {!room.info.side && sided(room.info.kind) && (
+      {!openCase.info.side && sided(openCase.info.kind) && (
         <>
           <h3>{t("cases.which.side")}</h3>
           <div class="choices">

@@ -5,6 +5,7 @@ import { Icon } from "../../design/icons";
 import { Button } from "../../design/parts";
 import { nearestVertex } from "../../geometry/nearest";
 import { triple, vec3 } from "../../geometry/vectors";
+import { within } from "../../numbers";
 import { expert } from "../../state/settings";
 import { t, tOr } from "../../texts";
 import { term } from "../../words";
@@ -41,7 +42,7 @@ export function PlacesList({ subject, placing }: ListProps) {
 
 function Row(props: RowProps) {
   const { subject, placing, name, place } = props;
-  const { armed, chosen, left } = placing;
+  const { armed, chosen, leftOut } = placing;
   const now = armed.value === name;
   const press = () => {
     if (place) {
@@ -50,11 +51,11 @@ function Row(props: RowProps) {
       lookAt(subject, place);
     } else {
       armed.value = now ? null : name;
-      left.value = new Set([...left.value].filter((one) => one !== name));
+      leftOut.value = new Set([...leftOut.value].filter((one) => one !== name));
     }
   };
   return (
-    <li class={`${now || chosen.value === name ? "on" : ""} ${place ? "placed" : ""} ${left.value.has(name) ? "left-out" : ""}`}>
+    <li class={`${now || chosen.value === name ? "on" : ""} ${place ? "placed" : ""} ${leftOut.value.has(name) ? "left-out" : ""}`}>
       <button type="button" class="place-row" aria-pressed={now} onKeyDown={(event) => nudge(subject, placing, name, event)} onClick={press}>
         <span class={`mark ${place ? "set" : now ? "now" : ""}`} aria-hidden="true">
           {place ? <Icon name="tick" small /> : null}
@@ -69,18 +70,18 @@ function Row(props: RowProps) {
 }
 
 /** How a place stands, in words: guessed, how sure, to be pressed, left out, or where it lies. */
-function stateOf({ placing: { armed, left, known }, name, place, guess }: RowProps): string {
-  if (guess) return t(`align.guess.${guess.by}`, guess.within_mm?.toFixed(1) ?? "");
-  if (place) return place.within_mm ? `± ${place.within_mm.toFixed(2)} mm` : "";
+function stateOf({ placing: { armed, leftOut, known }, name, place, guess }: RowProps): string {
+  if (guess) return t(`align.guess.${guess.by}`, within(guess.within_mm, 1));
+  if (place) return place.within_mm ? `± ${within(place.within_mm, 2)} mm` : "";
   if (armed.value === name) return t("align.press");
-  if (left.value.has(name)) return t("align.left");
+  if (leftOut.value.has(name)) return t("align.left");
   const facing = known.find((one) => one.name === name)?.facing;
   return facing && facing !== "none" ? tOr(`facing.${facing}`, facing) : "";
 }
 
 /** What else can be done with it: confirm a guess, take it away, leave it out. */
 function RowButton({ placing, name, place, guess }: RowProps) {
-  const { armed, left, put, remove, after } = placing;
+  const { armed, leftOut, put, remove, after } = placing;
   if (guess) {
     const found = guess.by === "visit" ? ({ placed: "proposed", sigma_mm: guess.sigma_mm } as const) : undefined;
     return (
@@ -92,7 +93,7 @@ function RowButton({ placing, name, place, guess }: RowProps) {
   if (place) return <Button bare icon="close" class="icon-only" label={t("align.remove", term(name))} onClick={() => remove(name)} />;
   if (armed.value !== name) return null;
   const leave = () => {
-    left.value = new Set([...left.value, name]);
+    leftOut.value = new Set([...leftOut.value, name]);
     armed.value = after(name);
   };
   return (

@@ -3,10 +3,10 @@ import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { Vector3 } from "three";
 
-import { type Schemas, api, taken } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { distance, xyz } from "../../geometry/vectors";
 import { perform, pendingAt } from "../../state/acts";
-import { type Asked, useAsked } from "../../state/asked";
+import { type Query, useQuery } from "../../state/requests";
 import { nameOfSticker, rememberSticker } from "../../state/stickers";
 import { t } from "../../texts";
 import { term } from "../../words";
@@ -29,37 +29,37 @@ export interface Placing {
   readonly visit: Visit;
   /** Marks that the photos show, before anything is set. */
   readonly marks: readonly Schemas["Mark"][];
-  readonly namesRefused: Asked<unknown>["refused"];
+  readonly namesRefused: Query<unknown>["refused"];
   /** The name that the next press on the limb sets. */
   readonly armed: Signal<string | null>;
   readonly chosen: Signal<string | null>;
   /** A place while it is dragged. */
   readonly held: Signal<{ readonly name: string; readonly point: Vector3 } | null>;
   /** Names that are left out. */
-  readonly left: Signal<ReadonlySet<string>>;
+  readonly leftOut: Signal<ReadonlySet<string>>;
   readonly put: (name: string, point: Vector3, told?: Told) => void;
   readonly remove: (name: string) => void;
   readonly after: (name: string) => string | null;
 }
 
 export function usePlacing(subject: Subject): Placing {
-  const { room, limb, asked, kind, aligned, act, saved, take } = subject;
-  const path = { params: { path: { case_id: room.id } } };
+  const { openCase, limb, asked, kind, aligned, act, saved, take } = subject;
+  const path = { params: { path: { case_id: openCase.id } } };
   const armed = useSignal<string | null>(null);
   const chosen = useSignal<string | null>(null);
   const held = useSignal<{ name: string; point: Vector3 } | null>(null);
-  const left = useSignal<ReadonlySet<string>>(new Set());
-  const names = useAsked(async () => (kind ? await taken(api.GET("/api/v1/templates/names/{kind}", { params: { path: { kind } } })) : []), [kind]);
-  const marks = useAsked(
-    async () => (limb && !limb.reply.aligned && limb.reply.places.length === 0 ? await taken(api.GET("/api/v1/cases/{case_id}/limb/marks", path)) : []),
+  const leftOut = useSignal<ReadonlySet<string>>(new Set());
+  const names = useQuery(async () => (kind ? await answerOf(api.GET("/api/v1/templates/names/{kind}", { params: { path: { kind } } })) : []), [kind]);
+  const marks = useQuery(
+    async () => (limb && !limb.reply.aligned && limb.reply.places.length === 0 ? await answerOf(api.GET("/api/v1/cases/{case_id}/limb/marks", path)) : []),
     [limb?.reply.sha256],
   );
-  const guesses = useAsked(
-    async () => (limb ? await taken(api.GET("/api/v1/cases/{case_id}/limb/guesses", path)) : null),
+  const guesses = useQuery(
+    async () => (limb ? await answerOf(api.GET("/api/v1/cases/{case_id}/limb/guesses", path)) : null),
     [limb?.reply.sha256, kind, limb?.reply.aligned],
   );
 
-  const places = withPending(limb?.reply.places ?? [], pendingAt(room.id, PLACE));
+  const places = withPending(limb?.reply.places ?? [], pendingAt(openCase.id, PLACE));
   const known = names.value.value ?? [];
   const order = orderOf(known, places);
   const visit = useVisit(subject);
@@ -70,7 +70,7 @@ export function usePlacing(subject: Subject): Placing {
   }, [guesses.value.value, told, places]);
 
   // The first name is armed at once: one press on the limb is all that is asked.
-  const first = order.find((name) => !places.some((one) => one.name === name) && !left.value.has(name)) ?? null;
+  const first = order.find((name) => !places.some((one) => one.name === name) && !leftOut.value.has(name)) ?? null;
   useEffect(() => {
     if (limb && !aligned && armed.value === null && places.length === 0 && first) armed.value = first;
   }, [limb, first]);
@@ -80,10 +80,10 @@ export function usePlacing(subject: Subject): Placing {
       chosen.value = name;
       const [x, y, z] = xyz(point);
       const kept = perform(
-        room.id,
+        openCase.id,
         "put",
         PLACE,
-        { params: { path: { case_id: room.id, name } }, body: { ...found, position_mm: [x, y, z] } },
+        { params: { path: { case_id: openCase.id, name } }, body: { ...found, position_mm: [x, y, z] } },
         { done: take, again: asked.again, askedSince: asked.askedSince },
       );
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
@@ -96,14 +96,29 @@ export function usePlacing(subject: Subject): Placing {
     void act.run(async () => {
       if (chosen.value === name) chosen.value = null;
       await perform(
-        room.id,
+        openCase.id,
         "delete",
         PLACE,
-        { params: { path: { case_id: room.id, name } } },
+        { params: { path: { case_id: openCase.id, name } } },
         { done: take, again: asked.again, askedSince: asked.askedSince },
       );
     });
-  const after = (name: string) => nextAfter(name, order, places, left.value);
+  const after = (name: string) => nextAfter(name, order, places, leftOut.value);
 
-  return { places, known, order, offered, visit, marks: marks.value.value ?? [], namesRefused: names.refused, armed, chosen, held, left, put, remove, after };
+  return {
+    places,
+    known,
+    order,
+    offered,
+    visit,
+    marks: marks.value.value ?? [],
+    namesRefused: names.refused,
+    armed,
+    chosen,
+    held,
+    leftOut,
+    put,
+    remove,
+    after,
+  };
 }

@@ -16,7 +16,7 @@ import { Stage, type Shown } from "../../viewer/stage";
 import type { Mode } from "../../viewer/surface";
 import { term } from "../../words";
 import { Loupe } from "../loupe";
-import type { RoomProps } from "../room";
+import type { CaseProps } from "../open-case";
 import { type Axes, useAxes } from "./axes";
 import { AxesForm, handWords } from "./axes-form";
 import { marksOf } from "./drawn";
@@ -28,8 +28,8 @@ import { type Placing, usePlacing } from "./placing";
 import { type Subject, useSubject } from "./subject";
 import { useTool } from "./tool";
 
-export function AlignScreen({ room }: RoomProps) {
-  const subject = useSubject(room);
+export function AlignScreen({ openCase }: CaseProps) {
+  const subject = useSubject(openCase);
   const placing = usePlacing(subject);
   const axes = useAxes(subject, placing);
   const tool = useTool(subject, placing);
@@ -87,7 +87,7 @@ export function AlignScreen({ room }: RoomProps) {
 
 /** Whether the axes are set, what was done last, and what the case does not tell. */
 function State({ subject, placing }: { subject: Subject; placing: Placing }) {
-  const { room, asked, aligned, kind, side, saved, act } = subject;
+  const { openCase, asked, aligned, kind, side, saved, act } = subject;
   return (
     <section>
       <div class="row-head">
@@ -99,15 +99,15 @@ function State({ subject, placing }: { subject: Subject; placing: Placing }) {
         {saved.value || (aligned ? t("align.set.how") : t("align.how"))}
       </p>
       <Refusal refused={act.refused.value ?? placing.namesRefused.value} />
-      {(!kind || !side) && <KindAndSide room={room} onDone={() => void Promise.all([room.again(), asked.again()])} />}
+      {(!kind || !side) && <KindAndSide openCase={openCase} onDone={() => void Promise.all([openCase.again(), asked.again()])} />}
     </section>
   );
 }
 
 /** Keep what a hand turned, go on, or set the axes. */
 function Next({ subject, axes }: { subject: Subject; axes: Axes }) {
-  const { room, aligned, act } = subject;
-  const { byHand, flipped, front, lacks } = axes;
+  const { openCase, aligned, act } = subject;
+  const { byHand, chosenAnew, lacks } = axes;
   if (!isStill(byHand.value))
     return (
       <div class="next">
@@ -121,10 +121,10 @@ function Next({ subject, axes }: { subject: Subject; axes: Axes }) {
         </p>
       </div>
     );
-  if (aligned && !flipped.value && !front.value)
+  if (aligned && !chosenAnew)
     return (
       <div class="next">
-        <Button go big trailing="next" onClick={() => go(href.step(room.id, "measure"))}>
+        <Button go big trailing="next" onClick={() => go(href.step(openCase.id, "measure"))}>
           {t("result.next.measure")}
         </Button>
         <p>

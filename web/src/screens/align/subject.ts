@@ -4,13 +4,13 @@ import type { RefObject } from "preact";
 import { useRef } from "preact/hooks";
 
 import type { Schemas } from "../../api/client";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 import type { Viewer } from "../../viewer/viewer";
 import { type Limb, useLimb } from "../limb";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 
 export interface Subject {
-  readonly room: Room;
+  readonly openCase: OpenCase;
   readonly viewer: RefObject<Viewer | null>;
   readonly limb: Limb | null;
   readonly asked: ReturnType<typeof useLimb>["asked"];
@@ -24,8 +24,8 @@ export interface Subject {
   readonly take: (reply: Schemas["LimbReply"]) => void;
 }
 
-export function useSubject(room: Room): Subject {
-  const { limb, asked } = useLimb(room, "scan");
+export function useSubject(openCase: OpenCase): Subject {
+  const { limb, asked } = useLimb(openCase, "scan");
   const viewer = useRef<Viewer | null>(null);
   const saved = useSignal("");
   const act = useAct();
@@ -33,7 +33,7 @@ export function useSubject(room: Room): Subject {
     const before = asked.value.value;
     if (before) asked.put({ ...before, reply });
   };
-  const kind = limb?.reply.kind ?? room.info.kind ?? null;
-  const side = limb?.reply.side ?? room.info.side ?? null;
-  return { room, viewer, limb, asked, kind, side, aligned: limb?.reply.aligned ?? false, saved, act, take };
+  const kind = limb?.reply.kind ?? openCase.info.kind ?? null;
+  const side = limb?.reply.side ?? openCase.info.side ?? null;
+  return { openCase, viewer, limb, asked, kind, side, aligned: limb?.reply.aligned ?? false, saved, act, take };
 }

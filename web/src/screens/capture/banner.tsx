@@ -3,8 +3,7 @@ import type { Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Button } from "../../design/parts";
 import { t } from "../../texts";
-import { told } from "../../words";
-import { coachWords } from "../coach-words";
+import { bannerWords, goes, isBusy } from "./banner-words";
 
 interface Props {
   readonly said: Schemas["Check"] | null;
@@ -18,47 +17,12 @@ interface Props {
 }
 
 export function Banner({ said, info, photos, off, onCompute, onResult }: Props) {
-  const { sample } = info;
-  const done = info.state === "finished";
+  const { lead, why, tone, icon, rests } = bannerWords(said, info, photos);
   const busy = isBusy(info);
-  const answer = said?.answer;
-  const running = said?.state === "running";
-  const goes = answer?.go === true && said?.current === true;
-  /** Computed, and nothing new here. */
-  const rests = done && !answer && !running;
-  const tone = rests ? "green" : goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
-  const lead = busy
-    ? t("capture.computing")
-    : rests
-      ? t("capture.done")
-      : goes
-        ? t("capture.go")
-        : said?.state === "refused" && !running
-          ? t("capture.cannot.check")
-          : answer && !running
-            ? coachWords(answer).lead
-            : running
-              ? t("capture.checking", said?.photos ?? 0)
-              : photos
-                ? t("capture.collect")
-                : t(sample ? "capture.sample" : "capture.begin");
-  const why = busy
-    ? ""
-    : rests
-      ? t("capture.done.why")
-      : said?.state === "refused" && !running
-        ? said.finding
-          ? told(said.finding)
-          : ""
-        : answer && !running
-          ? coachWords(answer).why
-          : running
-            ? t("capture.checking.why")
-            : t(sample && !photos ? "capture.sample.why" : "capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
-        <Icon name={goes || rests ? "tick" : tone === "amber" ? "warn" : "camera"} />
+        <Icon name={icon} />
       </span>
       <div class="grow">
         <h1 class="lead">{lead}</h1>
@@ -69,13 +33,10 @@ export function Banner({ said, info, photos, off, onCompute, onResult }: Props) 
           {t("capture.see")}
         </Button>
       ) : (
-        <Button go={goes || busy} off={busy ? null : off} onClick={onCompute}>
+        <Button go={goes(said) || busy} off={busy ? null : off} onClick={onCompute}>
           {t(busy ? "next.watch" : "capture.compute")}
         </Button>
       )}
     </div>
   );
 }
-
-/** Whether a case is being computed, or waits for it. */
-export const isBusy = ({ state }: Schemas["Case"]): boolean => state === "computing" || state === "held";

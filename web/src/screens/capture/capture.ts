@@ -1,13 +1,14 @@
 /** The photos of a case with what the coach said of them, and the acts: add, check, compute. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { newOffer, perform } from "../../state/acts";
-import { type Asked, useAct, useAsked } from "../../state/asked";
-import { type Choices, boardOf, choicesOf, keepChoices, rulerOf, tapesOf } from "../../state/choices";
+import { type Query, useAct, useQuery } from "../../state/requests";
+import { type Choices, boardOf, choicesOf, jobOf, keepChoices, rulerOf } from "../../state/choices";
 import { go, href } from "../../state/route";
-import { type Upload, send, uploads } from "../../state/uploads";
-import type { Room } from "../room";
+import { type Outstanding, outstanding, send } from "../../state/uploads";
+import type { OpenCase } from "../open-case";
+import { goes } from "./banner-words";
 
 /** Photos come one after the other: they are checked once they rest. */
 const REST_MS = 600;
@@ -15,15 +16,15 @@ const REST_MS = 600;
 export const LEAST_PHOTOS = 3;
 
 export interface Capture {
-  readonly room: Room;
-  readonly photos: Asked<Schemas["Photos"]>;
-  readonly check: Asked<Schemas["Check"]>;
+  readonly openCase: OpenCase;
+  readonly photos: Query<Schemas["Photos"]>;
+  readonly check: Query<Schemas["Check"]>;
   readonly cameras: readonly Schemas["CameraReply"][];
   readonly choices: Choices;
   /** Held by the server. */
   readonly here: readonly Schemas["Photo"][];
-  /** On their way. */
-  readonly coming: readonly Upload[];
+  /** Not held by it: on their way, or refused. */
+  readonly coming: Outstanding;
   /** Whether the photos as they are now do. */
   readonly goes: boolean;
   readonly act: ReturnType<typeof useAct>;
@@ -35,31 +36,30 @@ export interface Capture {
   readonly compute: () => void;
 }
 
-export function useCapture(room: Room): Capture {
-  const path = { params: { path: { case_id: room.id } } };
-  const photos = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/photos", path)), [room.id, room.news.photos]);
-  const check = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/check", path)), [room.id, room.news.check, room.news.photos]);
-  const cameras = useAsked(() => taken(api.GET("/api/v1/cameras", {})), [room.news.photos]);
+export function useCapture(openCase: OpenCase): Capture {
+  const path = { params: { path: { case_id: openCase.id } } };
+  const photos = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/photos", path)), [openCase.id, openCase.changes.photos]);
+  const check = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/check", path)), [openCase.id, openCase.changes.check, openCase.changes.photos]);
+  const cameras = useQuery(() => answerOf(api.GET("/api/v1/cameras", {})), [openCase.changes.photos]);
   const act = useAct();
   /** Of the run that is asked for: pressed twice it is one. */
   const run = useMemo(newOffer, []);
   const wait = useRef(0);
-  const choices = choicesOf(room.id);
+  const choices = choicesOf(openCase.id);
   const list = photos.value.value;
   const said = check.value.value;
   const here = list?.photos.filter((one) => one.state !== "arriving") ?? [];
-  const moving = (uploads.value.get(room.id) ?? []).filter((one) => one.state !== "here");
-  const coming = moving.filter((one) => !here.some((photo) => photo.name === one.name));
+  const coming = outstanding(openCase.id, here);
 
   const askCheck = () =>
     void act.run(async () => {
-      const { cameras: ids } = choicesOf(room.id);
+      const { cameras: ids } = choicesOf(openCase.id);
       await perform(
-        room.id,
+        openCase.id,
         "post",
         "/api/v1/cases/{case_id}/check",
-        { ...path, body: { cameras: [...ids], board: boardOf(room.id) } },
-        { done: check.put, again: check.again, askedSince: check.askedSince, lane: `${room.id} check` },
+        { ...path, body: { cameras: [...ids], board: boardOf(openCase.id) } },
+        { done: check.put, again: check.again, askedSince: check.askedSince, lane: `${openCase.id} check` },
       );
     });
   const checkSoon = () => {
@@ -71,11 +71,11 @@ export function useCapture(room: Room): Capture {
     checkSoon();
   };
   const add = (files: readonly File[]) => {
-    if (files.length) send(room.id, files, arrived);
+    if (files.length) send(openCase.id, files, arrived);
   };
   const looked = useRef(0);
   useEffect(() => {
-    const started = !["empty", "photos"].includes(room.info.state);
+    const started = !["empty", "photos"].includes(openCase.info.state);
     if (!list || list.here < LEAST_PHOTOS || started || !said || said.current || said.state === "running" || looked.current === list.here) return;
     looked.current = list.here;
     checkSoon();
@@ -83,29 +83,19 @@ export function useCapture(room: Room): Capture {
   useEffect(() => () => clearTimeout(wait.current), []);
 
   const choose = (part: Partial<Choices>) => {
-    const asks = () => JSON.stringify([boardOf(room.id), choicesOf(room.id).cameras]);
+    const asks = () => JSON.stringify([boardOf(openCase.id), choicesOf(openCase.id).cameras]);
     const before = asks();
-    keepChoices(room.id, part);
+    keepChoices(openCase.id, part);
     if (here.length >= LEAST_PHOTOS && asks() !== before) askCheck();
   };
   const compute = () =>
     void act.run(async () => {
-      keepChoices(room.id, { ruler_mm: rulerOf(choices) });
-      const { cameras: ids, poisson, unscaled } = choices;
-      const body: Schemas["JobOptions"] = {
-        cameras: [...ids],
-        board: boardOf(room.id),
-        surface: poisson ? "poisson" : "ball-pivoting",
-        unscaled,
-        distances: [],
-        tapes: tapesOf(choices),
-        triangles: 500_000,
-      };
-      await perform(room.id, "post", "/api/v1/cases/{case_id}/job", { ...path, body }, { id: run.idOf(body) });
+      keepChoices(openCase.id, { ruler_mm: rulerOf(choices) });
+      const body = jobOf(openCase.id);
+      await perform(openCase.id, "post", "/api/v1/cases/{case_id}/job", { ...path, body }, { id: run.idOf(body) });
       run.over();
-      go(href.step(room.id, "result"));
+      go(href.step(openCase.id, "result"));
     });
 
-  const goes = said?.answer?.go === true && said.current;
-  return { room, photos, check, cameras: cameras.value.value ?? [], choices, here, coming, goes, act, add, arrived, askCheck, choose, compute };
+  return { openCase, photos, check, cameras: cameras.value.value ?? [], choices, here, coming, goes: goes(said), act, add, arrived, askCheck, choose, compute };
 }

@@ -11,15 +11,16 @@ type Check = Schemas["Check"];
 export function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void) | null }) {
   const answer = said?.answer;
   const running = said?.state === "running";
+  const check = onCheck && !running && !(answer && said?.current) && (
+    <div class="acts">
+      <Button onClick={onCheck}>{t("capture.check.now")}</Button>
+    </div>
+  );
   if (!answer)
     return (
       <section class="soft small-note">
         <p>{running ? t("capture.checking.why") : t("capture.check.later")}</p>
-        {onCheck && !running && (
-          <div class="acts">
-            <Button onClick={onCheck}>{t("capture.check.now")}</Button>
-          </div>
-        )}
+        {check}
       </section>
     );
   return (
@@ -35,10 +36,11 @@ export function Findings({ said, onCheck }: { said: Check | null; onCheck: (() =
       {answer.findings.length > 0 && <List found={answer.findings} />}
       {answer.notes.length > 0 && (
         <>
-          <h3>{t("find.notes")}</h3>
+          <h3>{t("notes")}</h3>
           <List found={answer.notes} />
         </>
       )}
+      {check}
     </section>
   );
 }

@@ -3,7 +3,7 @@ import type { Schemas } from "../../api/client";
 import { t } from "../../texts";
 import { told } from "../../words";
 import { standWords } from "../coach-words";
-import { additions, placeWords } from "./asked";
+import { additions, placeWords } from "./additions";
 
 export function HowToStand({ answer }: { answer: NonNullable<Schemas["Check"]["answer"]> }) {
   const letters = additions(answer).map((one) => one.letter);
@@ -27,7 +27,7 @@ export function HowToStand({ answer }: { answer: NonNullable<Schemas["Check"]["a
           <h2>
             {letters.length > 1
               ? t("capture.photos.letters", letters.slice(0, -1).join(", "), letters[letters.length - 1])
-              : t("capture.photo.letter", letters[0] ?? "")}
+              : t("photo.number", letters[0] ?? "")}
           </h2>
           {answer.missing.slice(0, 3).map((one) => (
             <p class="soft" key={told(one.asked)}>

@@ -1,2 +1,2 @@
-export { additions, dialOf } from "./asked";
+export { additions, dialOf } from "./additions";
 export { CaptureScreen } from "./screen";

@@ -1,23 +1,23 @@
 /** With what the photos are checked and computed: the camera, the board, and for experts the rest. */
-import { type Schemas, api, taken } from "../../api/client";
-import { useAsked } from "../../state/asked";
+import { type Schemas, answerOf, api } from "../../api/client";
+import { useQuery } from "../../state/requests";
 import { type Choices, PRINTED } from "../../state/choices";
 import { href } from "../../state/route";
 import { expert } from "../../state/settings";
 import { t, when } from "../../texts";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 import { BoardSize } from "./board-size";
 import { CameraSaid } from "./camera-said";
 import { TapedGirth } from "./taped-girth";
 
 export function CaptureOptions({
-  room,
+  openCase,
   cameras,
   choices,
   photos,
   onChange,
 }: {
-  room: Room;
+  openCase: OpenCase;
   photos: number;
   cameras: readonly Schemas["CameraReply"][];
   choices: Choices;
@@ -26,12 +26,12 @@ export function CaptureOptions({
   const ready = cameras.filter((one) => one.state === "ready" || one.calibrated);
   const chosen = ready.find((one) => choices.cameras.includes(one.id));
   const own = typeof choices.board === "object" ? choices.board : null;
-  const fit = useAsked(
+  const fit = useQuery(
     async () =>
       chosen && photos > 0
-        ? await taken(api.GET("/api/v1/cases/{case_id}/camera-fit", { params: { path: { case_id: room.id }, query: { camera: [chosen.id] } } }))
+        ? await answerOf(api.GET("/api/v1/cases/{case_id}/camera-fit", { params: { path: { case_id: openCase.id }, query: { camera: [chosen.id] } } }))
         : null,
-    [room.id, chosen?.id, photos],
+    [openCase.id, chosen?.id, photos],
   );
   const set = onChange;
   return (

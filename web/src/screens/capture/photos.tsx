@@ -3,22 +3,23 @@ import { ROOT, type Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
+import { bytes } from "../../numbers";
 import { perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 import type { Upload } from "../../state/uploads";
-import { bytes, t } from "../../texts";
+import { t, tOr } from "../../texts";
 import { told } from "../../words";
 import { remarkInShort, remarkWords } from "../coach-words";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 
 interface PhotoProps {
-  readonly room: Room;
+  readonly openCase: OpenCase;
   readonly photo: Schemas["Photo"];
   /** What the check said of it. */
   readonly said: Schemas["CheckedReply"] | undefined;
 }
 
-export function PhotoTile({ room, photo, said, number, on, onClick }: PhotoProps & { number: number; on: boolean; onClick: () => void }) {
+export function PhotoTile({ openCase, photo, said, number, on, onClick }: PhotoProps & { number: number; on: boolean; onClick: () => void }) {
   const film = /\.(mp4|mov|avi|mkv|webm)$/i.test(photo.name);
   const unusable = photo.state === "unusable";
   const bad = unusable || (said !== undefined && !said.counts);
@@ -37,12 +38,15 @@ export function PhotoTile({ room, photo, said, number, on, onClick }: PhotoProps
       {film || unusable ? (
         <Icon name="camera" />
       ) : (
-        <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />
+        <img src={`${ROOT}/cases/${openCase.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />
       )}
       <span>{bad && short ? `${number} ${short}` : number}</span>
     </button>
   );
 }
+
+/** What a part of a photo's header is called. */
+const headerName = (part: string): string => tOr(`header.${part}`, part);
 
 /** A photo on its way. */
 export function UploadTile({ one }: { one: Upload }) {
@@ -63,11 +67,11 @@ export function UploadTile({ one }: { one: Upload }) {
 }
 
 /** What is known of the photo that is chosen, and how to take it away. */
-export function PhotoNote({ room, photo, said, onGone }: PhotoProps & { onGone: () => void }) {
+export function PhotoNote({ openCase, photo, said, onGone }: PhotoProps & { onGone: () => void }) {
   const act = useAct();
   const remove = () =>
     act.run(async () => {
-      await perform(room.id, "delete", "/api/v1/cases/{case_id}/photos/{name}", { params: { path: { case_id: room.id, name: photo.name } } });
+      await perform(openCase.id, "delete", "/api/v1/cases/{case_id}/photos/{name}", { params: { path: { case_id: openCase.id, name: photo.name } } });
       onGone();
     });
   return (
@@ -77,8 +81,8 @@ export function PhotoNote({ room, photo, said, onGone }: PhotoProps & { onGone: 
         {[
           photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "",
           bytes(photo.bytes),
-          photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : "",
-          photo.kept.length ? t("capture.kept.one", photo.kept.join(", ")) : "",
+          photo.removed.length ? t("capture.removed", photo.removed.map(headerName).join(", ")) : "",
+          photo.kept.length ? t("capture.kept.one", photo.kept.map(headerName).join(", ")) : "",
         ]
           .filter(Boolean)
           .join(". ")}
@@ -86,10 +90,10 @@ export function PhotoNote({ room, photo, said, onGone }: PhotoProps & { onGone: 
       {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? []).map(told)].filter(Boolean).join(". ")}</p>}
       <Refusal refused={act.refused.value} />
       <div class="acts">
-        <a class="btn" href={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=2400`} target="_blank" rel="noreferrer">
+        <a class="btn" href={`${ROOT}/cases/${openCase.id}/photos/${encodeURIComponent(photo.name)}/picture?width=2400`} target="_blank" rel="noreferrer">
           {t("capture.large")}
         </a>
-        <Button onClick={() => void remove()}>{t("capture.remove")}</Button>
+        <Button onClick={() => void remove()}>{t("take.out")}</Button>
       </div>
     </div>
   );

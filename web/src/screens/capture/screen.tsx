@@ -9,18 +9,21 @@ import { useRef } from "preact/hooks";
 import { Icon } from "../../design/icons";
 import { Button, Confirm, Notice } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
+import { bytes } from "../../numbers";
 import { tapeLacks } from "../../state/choices";
 import { go, href } from "../../state/route";
-import { filesOf, forgetDone } from "../../state/uploads";
-import { bytes, t } from "../../texts";
+import { filesOf } from "../../state/uploads";
+import { t } from "../../texts";
 import { CaptureOptions } from "./options";
-import { coachWords } from "../coach-words";
+import { checkWords } from "../coach-words";
 import { Dial, HIGH_DEG } from "../dial";
 import { Expected } from "../expected";
 import { FromPhone } from "../from-phone";
-import type { RoomProps } from "../room";
-import { additions, dialOf } from "./asked";
-import { Banner, isBusy } from "./banner";
+import { RefusedFiles } from "../refused-files";
+import type { CaseProps } from "../open-case";
+import { additions, dialOf } from "./additions";
+import { Banner } from "./banner";
+import { isBusy } from "./banner-words";
 import { type Capture, LEAST_PHOTOS, useCapture } from "./capture";
 import { Findings } from "./findings";
 import { HowToStand } from "./how-to-stand";
@@ -28,24 +31,24 @@ import { PhotoNote, PhotoTile, UploadTile } from "./photos";
 
 const ACCEPTED = "image/*,video/*,.zip,.heic,.heif,.dng,.cr2,.cr3,.nef,.arw,.raf,.orf,.rw2";
 
-export function CaptureScreen({ room }: RoomProps) {
-  const capture = useCapture(room);
+export function CaptureScreen({ openCase }: CaseProps) {
+  const capture = useCapture(openCase);
   const { here, coming, choices, check, goes, act } = capture;
   const few =
     here.length < LEAST_PHOTOS
-      ? t("capture.few", here.length)
-      : coming.length
-        ? t("capture.coming", coming.length)
+      ? t("capture.few", here.length, LEAST_PHOTOS)
+      : coming.onTheirWay.length
+        ? t("capture.coming", coming.onTheirWay.length)
         : tapeLacks(choices)
           ? t("options.tape.lacks")
           : null;
-  const busy = isBusy(room.info);
-  const seeResult = () => go(href.step(room.id, "result"));
+  const busy = isBusy(openCase.info);
+  const seeResult = () => go(href.step(openCase.id, "result"));
   return (
     <main class="capture" id="content" tabIndex={-1}>
       <Banner
         said={check.value.value}
-        info={room.info}
+        info={openCase.info}
         photos={here.length}
         off={few ?? (goes || busy ? null : t("capture.not.go")) ?? (act.busy.value ? t("loading") : null)}
         onResult={seeResult}
@@ -61,7 +64,7 @@ export function CaptureScreen({ room }: RoomProps) {
 
 /** The photos, where they come from, and how they are computed. */
 function Photos({ capture }: { capture: Capture }) {
-  const { room, photos, check, act, here, coming, goes } = capture;
+  const { openCase, photos, check, act, here, coming, goes } = capture;
   const over = useSignal(false);
   const phone = useSignal(false);
   const chosen = useSignal<string | null>(null);
@@ -90,14 +93,14 @@ function Photos({ capture }: { capture: Capture }) {
       onDrop={drop}
     >
       <Intake capture={capture} phone={phone} />
-      {phone.value && <FromPhone room={room} onClose={() => (phone.value = false)} />}
+      {phone.value && <FromPhone openCase={openCase} onClose={() => (phone.value = false)} />}
       <Refusal refused={photos.refused.value ?? act.refused.value ?? check.refused.value} />
       <Count capture={capture} />
       <div class="grid">
         {here.map((one, i) => (
           <PhotoTile
             key={one.name}
-            room={room}
+            openCase={openCase}
             photo={one}
             number={i + 1}
             said={saidOf(one.name)}
@@ -105,7 +108,7 @@ function Photos({ capture }: { capture: Capture }) {
             onClick={() => (chosen.value = photo === one ? null : one.name)}
           />
         ))}
-        {coming.map((one) => (
+        {[...coming.onTheirWay, ...coming.refused].map((one) => (
           <UploadTile key={one.name} one={one} />
         ))}
         {!goes &&
@@ -119,8 +122,8 @@ function Photos({ capture }: { capture: Capture }) {
           ))}
       </div>
       <Notices capture={capture} />
-      {photo && <PhotoNote room={room} photo={photo} said={saidOf(photo.name)} onGone={gone} />}
-      <CaptureOptions room={room} photos={here.length} cameras={capture.cameras} choices={capture.choices} onChange={capture.choose} />
+      {photo && <PhotoNote openCase={openCase} photo={photo} said={saidOf(photo.name)} onGone={gone} />}
+      <CaptureOptions openCase={openCase} photos={here.length} cameras={capture.cameras} choices={capture.choices} onChange={capture.choose} />
     </section>
   );
 }
@@ -160,7 +163,8 @@ const keptOf = ({ here }: Capture): number => here.filter((one) => one.kept.leng
 
 /** How many photos and bytes are here, of how many. */
 function Count({ capture }: { capture: Capture }) {
-  const { photos, here, coming } = capture;
+  const { photos, here } = capture;
+  const coming = capture.coming.onTheirWay;
   const held = photos.value.value?.bytes ?? null;
   const more = coming.reduce((sum, one) => sum + one.total - one.sent, 0);
   return (
@@ -179,37 +183,29 @@ function Count({ capture }: { capture: Capture }) {
 
 /** What was refused, what a header keeps, what waits for the network. */
 function Notices({ capture }: { capture: Capture }) {
-  const { room, coming } = capture;
-  const refused = coming.filter((one) => one.state === "refused");
+  const { openCase } = capture;
+  const { onTheirWay, refused } = capture.coming;
   const kept = keptOf(capture);
   return (
     <>
-      {refused.length > 0 && (
-        <Notice tone="red" title={t("capture.refused.some")} action={<Button onClick={() => forgetDone(room.id)}>{t("close")}</Button>}>
-          {refused.map((one) => (
-            <p key={one.name}>
-              <b>{one.name}</b>: {one.message}
-            </p>
-          ))}
-        </Notice>
-      )}
+      <RefusedFiles caseId={openCase.id} refused={refused} />
       {kept > 0 && (
         <Notice tone="amber" title={t("capture.kept", kept)}>
           {t("capture.kept.why")}
         </Notice>
       )}
-      {coming.some((one) => one.state === "offline") && <Notice tone="amber" title={t("capture.waiting", coming.length)} />}
+      {onTheirWay.some((one) => one.state === "offline") && <Notice tone="amber" title={t("capture.waiting", onTheirWay.length)} />}
     </>
   );
 }
 
 /** The dial with what is missing, what the check found, and computing in spite of it. */
 function Coach({ capture, few, busy }: { capture: Capture; few: string | null; busy: boolean }) {
-  const { room, here, check, goes, askCheck, compute } = capture;
+  const { openCase, here, check, goes, askCheck, compute } = capture;
   const anyway = useSignal(false);
   const said = check.value.value;
   const answer = said?.answer ?? null;
-  const computed = room.info.state === "finished";
+  const computed = openCase.info.state === "finished";
   const again = t(computed ? "capture.again" : "capture.anyway");
   return (
     <aside class="pane">
@@ -220,7 +216,7 @@ function Coach({ capture, few, busy }: { capture: Capture; few: string | null; b
             <span class="grow" />
             <span class="small faint">{t("dial.how")}</span>
           </div>
-          <Dial data={dialOf(answer)} label={answer ? coachWords(answer).lead : t("dial.none")} />
+          <Dial data={dialOf(answer)} label={said && answer ? checkWords(said, answer).lead : t("dial.none")} />
           <p class="dial-legend small soft">
             <span>{t("dial.outer", HIGH_DEG)}</span>
             <span>{t("dial.inner")}</span>

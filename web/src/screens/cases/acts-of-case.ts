@@ -1,9 +1,9 @@
 /** What can be done to a case in the list: change, clear, delete; what lies in it is shown before. */
 import { useSignal } from "@preact/signals";
 
-import { type Schemas, api, taken } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 
 /** What is asked of the person before it is done. */
 export type Doing = "delete" | "rename" | "clear";
@@ -24,7 +24,7 @@ export function useActsOfCase(id: string, onChange: () => void) {
     });
   const ask = (what: "delete" | "clear") =>
     act.run(async () => {
-      held.value = await taken(api.GET("/api/v1/cases/{case_id}/contents", path));
+      held.value = await answerOf(api.GET("/api/v1/cases/{case_id}/contents", path));
       doing.value = what;
     });
   const remove = () =>

@@ -2,7 +2,8 @@
 import type { Schemas } from "../../api/client";
 import { Confirm } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
-import { bytes, t, tOr } from "../../texts";
+import { bytes } from "../../numbers";
+import { t, tOr } from "../../texts";
 import type { ActsOfCase } from "./acts-of-case";
 import { Rename } from "./rename";
 

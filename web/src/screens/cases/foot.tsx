@@ -5,9 +5,10 @@ import type { Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Confirm } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
+import { bytes } from "../../numbers";
 import { perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
-import { bytes, t } from "../../texts";
+import { useAct } from "../../state/requests";
+import { t } from "../../texts";
 
 export function Foot({ list, onSample, onChange }: { list: Schemas["Cases"]; onSample: () => void; onChange: () => Promise<void> }) {
   const clearing = useSignal(false);
@@ -15,9 +16,12 @@ export function Foot({ list, onSample, onChange }: { list: Schemas["Cases"]; onS
   const clearAll = () =>
     act.run(async () => {
       clearing.value = false;
-      for (const one of list.cases.filter((case_) => case_.state !== "computing" && case_.state !== "held"))
-        await perform(one.id, "post", "/api/v1/cases/{case_id}/clear", { params: { path: { case_id: one.id } } });
-      await onChange();
+      try {
+        for (const one of list.cases.filter((case_) => case_.state !== "computing" && case_.state !== "held"))
+          await perform(one.id, "post", "/api/v1/cases/{case_id}/clear", { params: { path: { case_id: one.id } } });
+      } finally {
+        await onChange();
+      }
     });
   return (
     <>

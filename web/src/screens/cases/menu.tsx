@@ -11,8 +11,14 @@ export function Menu({ children, onClose }: { children: preact.ComponentChildren
     addEventListener("pointerdown", away);
     return () => removeEventListener("pointerdown", away);
   }, []);
+  /** By Escape the focus goes back to the button that opened it. */
+  const close = (event: KeyboardEvent) => {
+    if (event.key !== "Escape") return;
+    menu.current?.parentElement?.querySelector("button")?.focus();
+    onClose();
+  };
   return (
-    <div class="menu" ref={menu} onKeyDown={(event) => event.key === "Escape" && onClose()}>
+    <div class="menu" ref={menu} onKeyDown={close}>
       {children}
     </div>
   );

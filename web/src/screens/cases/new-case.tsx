@@ -6,10 +6,10 @@ import type { Schemas } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { newOffer, perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 import { go, href } from "../../state/route";
 import { t } from "../../texts";
-import { CaseFields } from "./fields";
+import { CaseFields, lacksOf, sideOf } from "./fields";
 
 type Case = Schemas["Case"];
 
@@ -21,11 +21,11 @@ export function NewCase({ onClose }: { onClose: () => void }) {
   const offer = useMemo(newOffer, []);
   const make = () =>
     act.run(async () => {
-      const body = { note: note.value, side: side.value, kind: kind.value };
+      const body = { note: note.value, side: sideOf(side.value, kind.value), kind: kind.value };
       const made = await perform("", "post", "/api/v1/cases", { body }, { id: offer.idOf(body) });
       if (act.screen.open) go(href.step(made.id, "capture"));
     });
-  const lacks = act.busy.value ? t("cases.making") : !side.value ? t("cases.which.side") : !kind.value ? t("cases.which.kind") : null;
+  const lacks = act.busy.value ? t("cases.making") : lacksOf(side.value, kind.value);
   return (
     <section class="card" aria-label={t("cases.new")} onKeyDown={(event) => event.key === "Escape" && onClose()}>
       <h2>{t("cases.new")}</h2>

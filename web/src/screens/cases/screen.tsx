@@ -2,13 +2,13 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 
-import { api, taken } from "../../api/client";
+import { answerOf, api } from "../../api/client";
 import { listen } from "../../api/events";
 import { Icon } from "../../design/icons";
 import { Button, Empty, Notice } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { perform } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
+import { useAct, useQuery } from "../../state/requests";
 import { go, href } from "../../state/route";
 import { t } from "../../texts";
 import { FILTERS, type Filter, membersOf } from "./filters";
@@ -17,7 +17,7 @@ import { NewCase } from "./new-case";
 import { CasesTable } from "./table";
 
 export function CasesScreen() {
-  const asked = useAsked(() => taken(api.GET("/api/v1/cases", {})), []);
+  const asked = useQuery(() => answerOf(api.GET("/api/v1/cases", {})), []);
   const filter = useSignal<Filter>("all");
   const find = useSignal("");
   const making = useSignal(false);

@@ -1,7 +1,7 @@
 /** What a case says of itself in the list: a chip and one line. */
 import type { Schemas } from "../../api/client";
 import { Chip } from "../../design/parts";
-import { t, tOr } from "../../texts";
+import { t } from "../../texts";
 import { briefly, told } from "../../words";
 import { inShort, sizeUnchecked } from "./in-short";
 
@@ -19,13 +19,13 @@ export function StateOf({ one }: { one: Schemas["Case"] }) {
   if (one.state === "refused" || one.state === "failed")
     return (
       <>
-        <Chip tone="red">{t("case.state.refused")}</Chip>
+        <Chip tone="red">{t(`case.state.${one.state}`)}</Chip>
         <div class="small soft nt">{one.finding && briefly(one.finding)}</div>
       </>
     );
   return (
     <>
-      <Chip tone="plain">{tOr(`case.state.${one.state}`, one.state)}</Chip>
+      <Chip tone="plain">{t(`case.state.${one.state}`)}</Chip>
       <div class="small soft nt">{one.finding ? told(one.finding) : one.photos ? t("state.photos", one.photos) : ""}</div>
     </>
   );

@@ -1,6 +1,6 @@
 /** Names of files that people send. */
 /** A name that the server takes: letters, digits and a known ending. */
-export function nameOf(file: string): string {
+export function shapeFileName(file: string): string {
   const dot = file.lastIndexOf(".");
   const stem = (dot < 0 ? file : file.slice(0, dot))
     .normalize("NFKD")

@@ -1,5 +1,5 @@
 /** Girths of both shapes, level by level. */
-import { signed } from "../../geometry/scales";
+import { fixed, signed } from "../../numbers";
 import { t } from "../../texts";
 import { told } from "../../words";
 import type { Figures } from "./compared";
@@ -30,9 +30,9 @@ export function Levels({ figures, level, onLevel }: { figures: Figures; level: n
                 onClick={() => onLevel(one.height_mm)}
                 onFocus={() => onLevel(one.height_mm)}
               >
-                <td class="num">{one.height_mm.toFixed(0)}</td>
-                <td class="num soft">{girth?.first.toFixed(1) ?? "–"}</td>
-                <td class="num">{girth?.second.toFixed(1) ?? "–"}</td>
+                <td class="num">{fixed(one.height_mm, 0)}</td>
+                <td class="num soft">{fixed(girth?.first, 1)}</td>
+                <td class="num">{fixed(girth?.second, 1)}</td>
                 <td class={`num ${girth && girth.difference < -0.05 ? "neg" : girth && girth.difference > 0.05 ? "pos" : ""}`}>
                   {girth ? signed(girth.difference) : "–"}
                 </td>

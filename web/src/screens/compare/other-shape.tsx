@@ -2,21 +2,22 @@
 import type { Signal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 
-import { ROOT, Refused, api, note, refusedBy, taken } from "../../api/client";
+import { answerOf, api, putFile } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { shapeFiles } from "../../formats";
 import { kindName } from "../../limb-kinds";
+import { bytes } from "../../numbers";
 import { perform } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
-import { bytes, t } from "../../texts";
-import { wordsOf } from "../edit-words";
-import type { Room } from "../room";
+import { useAct, useQuery } from "../../state/requests";
+import { t } from "../../texts";
+import { summaryOf } from "../edit-words";
+import type { OpenCase } from "../open-case";
 import { type Against, keyOf } from "./against";
-import { nameOf } from "./file-name";
+import { shapeFileName } from "./file-name";
 
 interface Props {
-  readonly room: Room;
+  readonly openCase: OpenCase;
   readonly against: Signal<Against | null>;
   /** Whether it may be the scan of this case. */
   readonly scan: boolean;
@@ -24,33 +25,33 @@ interface Props {
   readonly before: boolean;
 }
 
-export function OtherShape({ room, against, scan, before }: Props) {
-  const path = { params: { path: { case_id: room.id } } };
+export function OtherShape({ openCase, against, scan, before }: Props) {
+  const path = { params: { path: { case_id: openCase.id } } };
   const act = useAct();
   const input = useRef<HTMLInputElement>(null);
-  const others = useAsked(
-    async () => (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.id !== room.id && one.verdict),
-    [room.id],
+  const others = useQuery(
+    async () => (await answerOf(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.id !== openCase.id && one.verdict),
+    [openCase.id],
   );
-  const recipe = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe", path)), [room.id, room.news.work]);
-  const files = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/shapes", path)), [room.id]);
+  const recipe = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/recipe", path)), [openCase.id, openCase.changes.work]);
+  const files = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/shapes", path)), [openCase.id]);
   const send = (file: File) =>
     act.run(async () => {
-      const name = nameOf(file.name);
-      await sent(room.id, name, file);
+      const name = shapeFileName(file.name);
+      await putFile(`/cases/${openCase.id}/shapes/${encodeURIComponent(name)}`, file);
       await files.again();
       against.value = { what: "file", name };
     });
   const forget = (name: string) =>
     act.run(async () => {
-      await perform(room.id, "delete", "/api/v1/cases/{case_id}/shapes/{name}", { params: { path: { case_id: room.id, name } } });
+      await perform(openCase.id, "delete", "/api/v1/cases/{case_id}/shapes/{name}", { params: { path: { case_id: openCase.id, name } } });
       against.value = null;
       await files.again();
     });
   const edits = before ? (recipe.value.value?.edits ?? []).slice(1) : [];
   const choices: readonly (readonly [Against, string])[] = [
     ...(scan ? [[{ what: "scan" }, t("compare.scan")] as const] : []),
-    ...edits.map((one) => [{ what: "before", edit: one.number }, t("compare.before.edit", one.number, wordsOf(one).title)] as const),
+    ...edits.map((one) => [{ what: "before", edit: one.number }, t("compare.before.edit", one.number, summaryOf(one).title)] as const),
     ...(others.value.value ?? []).map(({ id, kind, side }) => {
       const sideWords = side === "left" || side === "right" ? t(`side.${side}`) : "";
       return [{ what: "case", id }, [id, kindName(kind), sideWords].filter(Boolean).join(", ")] as const;
@@ -82,7 +83,7 @@ export function OtherShape({ room, against, scan, before }: Props) {
         tabIndex={-1}
         accept={shapeFiles.value.join(",")}
         id="shape-file"
-        aria-label={t("compare.file")}
+        aria-label={t("take.in.file")}
         onChange={(event) => {
           const file = event.currentTarget.files?.[0];
           if (file) void send(file);
@@ -91,7 +92,7 @@ export function OtherShape({ room, against, scan, before }: Props) {
       />
       <div class="acts">
         <Button icon="folder" off={act.busy.value && t("loading")} onClick={() => input.current?.click()}>
-          {t("compare.file")}
+          {t("take.in.file")}
         </Button>
         {now?.what === "file" && <Button onClick={() => void forget(now.name)}>{t("compare.forget")}</Button>}
       </div>
@@ -99,16 +100,4 @@ export function OtherShape({ room, against, scan, before }: Props) {
       <Refusal refused={act.refused.value ?? others.refused.value ?? recipe.refused.value ?? files.refused.value} />
     </section>
   );
-}
-
-async function sent(id: string, name: string, file: File): Promise<void> {
-  const response = await fetch(`${ROOT}/cases/${id}/shapes/${encodeURIComponent(name)}`, {
-    method: "PUT",
-    body: file,
-    headers: { "Content-Type": "application/octet-stream" },
-    credentials: "same-origin",
-  }).catch(() => null);
-  if (!response) throw new Refused("Lost", t("lost"), 0);
-  note(response.status);
-  if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
 }

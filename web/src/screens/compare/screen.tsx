@@ -10,14 +10,14 @@ import { useMemo } from "preact/hooks";
 import { Button, Notice } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { IDENTITY } from "../../geometry/vectors";
-import { useAsked } from "../../state/asked";
+import { useQuery } from "../../state/requests";
 import { go, href } from "../../state/route";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
 import { Stage, type Shown } from "../../viewer/stage";
 import type { Mode } from "../../viewer/surface";
 import { told } from "../../words";
-import type { RoomProps } from "../room";
+import type { CaseProps } from "../open-case";
 import { type Against, isOwn, wordsFor } from "./against";
 import { Answer } from "./answer";
 import { type Way, type Which, compared, widest } from "./compared";
@@ -25,20 +25,22 @@ import { HowLaid } from "./how-laid";
 import { Levels } from "./levels";
 import { OtherShape } from "./other-shape";
 
-export function CompareScreen({ room }: RoomProps) {
-  const edited = room.info.steps.some((step) => step.name === "rectify" && step.state === "done");
+export function CompareScreen({ openCase }: CaseProps) {
+  const edited = openCase.info.steps.some((step) => step.name === "rectify" && step.state === "done");
   const mode = useSignal<Mode>("difference");
   const level = useSignal<number | null>(null);
   const of = useSignal<Which>(edited ? "rectified" : "scan");
   const against = useSignal<Against | null>(edited ? { what: "scan" } : null);
   const way = useSignal<Way>("auto");
   const spacing_mm = useSignal(20);
-  const found = useAsked(
-    async () => (against.value ? await compared(room.id, of.value, against.value, way.value, spacing_mm.value) : null),
-    [room.id, of.value, against.value, way.value, spacing_mm.value, room.news.work],
-  );
+  const found = useQuery(async () => {
+    const other = against.value;
+    return other && { ...(await compared(openCase.id, of.value, other, way.value, spacing_mm.value)), against: other };
+  }, [openCase.id, of.value, against.value, way.value, spacing_mm.value, openCase.changes.work]);
   const one = found.value.value;
   const busy = found.busy.value;
+  /** What the map and the figures are of: while another one is asked for, and where that is refused, the one before. */
+  const laidOn = t("compare.against", wordsFor(one?.against ?? null));
   const shown = useMemo<Shown | null>(
     () =>
       one
@@ -59,7 +61,7 @@ export function CompareScreen({ room }: RoomProps) {
         modes={["difference", "surface"]}
         level={level}
         keys={t("compare.keys")}
-        against={t("compare.against", wordsFor(against.value))}
+        against={laidOn}
         ends={[t("compare.smaller"), t("compare.larger")]}
         hatched={one?.values.some((v) => !Number.isFinite(v)) ? t("compare.nothing.near") : undefined}
       >
@@ -84,10 +86,10 @@ export function CompareScreen({ room }: RoomProps) {
       <aside class="pane" aria-label={t("compare")}>
         <h1 class="unseen">{t("compare")}</h1>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
-          {one && <Answer figures={one.figures} busy={busy} />}
+          {one && <Answer figures={one.figures} against={laidOn} busy={busy} />}
           {one && one.figures.notes.length > 0 && (
             <section>
-              <h3>{t("compare.notes")}</h3>
+              <h3>{t("notes")}</h3>
               <ul class="findings small-note soft">
                 {one.figures.notes.map(told).map((text) => (
                   <li key={text}>{text}</li>
@@ -95,13 +97,13 @@ export function CompareScreen({ room }: RoomProps) {
               </ul>
             </section>
           )}
-          <OtherShape room={room} against={against} scan={edited && of.value === "rectified"} before={of.value === "rectified"} />
+          <OtherShape openCase={openCase} against={against} scan={edited && of.value === "rectified"} before={of.value === "rectified"} />
           <HowLaid of={of.value} onlyScan={!edited} onOf={setOf} way={way} spacing_mm={spacing_mm} />
           {one && <Levels figures={one.figures} level={level.value} onLevel={(h) => (level.value = h)} />}
           {expert.value && one && <section class="mono">{told(one.figures.verdict)}</section>}
         </div>
         <div class="next">
-          <Button go big trailing="next" onClick={() => go(href.step(room.id, edited ? "send" : "rectify"))}>
+          <Button go big trailing="next" onClick={() => go(href.step(openCase.id, edited ? "send" : "rectify"))}>
             {t(edited ? "rectify.next" : "measure.next")}
           </Button>
         </div>

@@ -1,6 +1,8 @@
 /** Lengths between neighbouring landmarks, over the surface. */
 import type { Schemas } from "../../api/client";
+import { fixed, within } from "../../numbers";
 import { t } from "../../texts";
+import { term } from "../../words";
 
 /** At most four. */
 export function pairsOf(limb: Schemas["LimbReply"] | undefined): [string, string][] {
@@ -17,11 +19,11 @@ export function Lengths({ lengths }: { lengths: readonly Schemas["Length"][] }) 
           {lengths.map((one) => (
             <tr key={one.start + one.end}>
               <td>
-                {one.start} – {one.end}
+                {term(one.start)} – {term(one.end)}
               </td>
               <td>
-                {one.over_surface_mm.value.toFixed(1)} mm
-                {one.over_surface_mm.within ? <span class="faint"> ± {Math.max(0.1, one.over_surface_mm.within).toFixed(1)}</span> : null}
+                {fixed(one.over_surface_mm.value, 1)} mm
+                {one.over_surface_mm.within ? <span class="faint"> ± {within(one.over_surface_mm.within, 1)}</span> : null}
               </td>
             </tr>
           ))}

@@ -2,7 +2,7 @@
 import { Fragment } from "preact";
 
 import type { Schemas } from "../../api/client";
-import { signed } from "../../geometry/scales";
+import { fixed, signed, typedAs, within } from "../../numbers";
 import { t } from "../../texts";
 import { told } from "../../words";
 import { type Reading, heightIs } from "../readings";
@@ -62,7 +62,7 @@ export function LevelTable({ measured, tape }: { measured: Measured; tape: Tape 
       </table>
       {here !== null && at !== null && !rows.some((one) => Math.abs(one.height_mm - here) < NEAR_ROW_MM) && (
         <div class="row-head at-level">
-          <span class="small-note">{t("measure.tape.here", (here - from).toFixed(0))}</span>
+          <span class="small-note">{t("measure.tape.here", fixed(here - from, 0))}</span>
           <TapeInput key={at} height_mm={at} value={null} onKeep={(girth) => tape.keep(at, girth)} />
         </div>
       )}
@@ -86,9 +86,9 @@ function LevelRow({ one, on, tape, onLevel, onTape }: RowProps<Schemas["Level"]>
       onFocus={onLevel}
       title={one.reasons?.map(told).join(" ")}
     >
-      <td class="num">{one.from_reference_mm.toFixed(0)}</td>
-      <td class="num">{one.tape_mm?.value.toFixed(1) ?? "–"}</td>
-      <td class="num soft">{one.tape_mm?.within?.toFixed(1) ?? "–"}</td>
+      <td class="num">{fixed(one.from_reference_mm, 0)}</td>
+      <td class="num">{fixed(one.tape_mm?.value, 1)}</td>
+      <td class="num soft">{within(one.tape_mm?.within, 1)}</td>
       <td class="num">
         <TapeInput height_mm={one.from_reference_mm} value={tape?.girth_mm ?? null} onKeep={onTape} />
       </td>
@@ -101,10 +101,10 @@ function LevelRow({ one, on, tape, onLevel, onTape }: RowProps<Schemas["Level"]>
 function ReadingRow({ one, onLevel, onTape }: RowProps<Reading>) {
   const measured = one.verdict?.measured_mm;
   return (
-    <tr class={`pick ${one.verdict?.conflict ? "conflict" : ""}`} onClick={onLevel}>
-      <td class="num">{one.height_mm.toFixed(0)}</td>
-      <td class="num">{measured?.value.toFixed(1) ?? "–"}</td>
-      <td class="num soft">{measured?.within?.toFixed(1) ?? "–"}</td>
+    <tr class={`pick ${one.verdict?.conflict ? "conflict" : ""}`} tabIndex={0} onClick={onLevel} onFocus={onLevel}>
+      <td class="num">{fixed(one.height_mm, 0)}</td>
+      <td class="num">{fixed(measured?.value, 1)}</td>
+      <td class="num soft">{within(measured?.within, 1)}</td>
       <td class="num">
         <TapeInput height_mm={one.height_mm} value={one.girth_mm} onKeep={onTape} />
       </td>
@@ -121,7 +121,7 @@ function NotKept({ tape, height_mm }: { tape: Tape; height_mm: number }) {
       <tr>
         <td colSpan={5}>
           <p class="wrong" role="alert">
-            {t("measure.not.kept", height_mm.toFixed(0), found.girth_mm ?? "–")} {found.refused.message}
+            {t("measure.not.kept", fixed(height_mm, 0), found.girth_mm === null ? "–" : typedAs(found.girth_mm))} {found.refused.message}
           </p>
         </td>
       </tr>

@@ -2,12 +2,12 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 
-import { ROOT, type Schemas, api, refusedBy, taken } from "../../api/client";
+import { type Schemas, answerOf, api, bytesOf } from "../../api/client";
 import figures from "../../api/figures.json";
 import { cut, heightsOf } from "../../geometry/section";
-import { useAsked } from "../../state/asked";
+import { useQuery } from "../../state/requests";
 import { useLimb } from "../limb";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 import { pairsOf } from "./lengths";
 import { saveAs } from "./save-as";
 
@@ -16,14 +16,16 @@ const FIRST_ROW = 4;
 /** So near to a row, a level is that row. */
 const AT_ROW_MM = 0.05;
 
+const XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet";
+
 export type Measured = ReturnType<typeof useMeasured>;
 
-export function useMeasured(room: Room) {
+export function useMeasured(openCase: OpenCase) {
   const of = useSignal<"scan" | "rectified">("scan");
   const spacing = useSignal(figures.LEVEL_SPACING_MM);
   const sock = useSignal(0);
   const level = useSignal<number | null>(null);
-  const { limb, asked } = useLimb(room, of.value);
+  const { limb, asked } = useLimb(openCase, of.value);
   const aligned = limb?.reply.aligned ?? false;
   const body = (): Schemas["AskMeasures"] => ({
     of: of.value,
@@ -40,11 +42,14 @@ export function useMeasured(room: Room) {
     shoe_sole_mm: 0,
     with_tape: true,
   });
-  const measures = useAsked(
-    async () => (aligned ? await taken(api.POST("/api/v1/cases/{case_id}/measures", { params: { path: { case_id: room.id } }, body: body() })) : null),
-    [room.id, aligned, room.news.work, of.value, spacing.value, sock.value],
-  );
-  const found = measures.value.value;
+  const measures = useQuery(async () => {
+    const asks = body();
+    return aligned
+      ? { ...(await answerOf(api.POST("/api/v1/cases/{case_id}/measures", { params: { path: { case_id: openCase.id } }, body: asks }))), of: asks.of }
+      : null;
+  }, [openCase.id, aligned, openCase.changes.work, of.value, spacing.value, sock.value]);
+  /** Of the shape that is chosen, and of no other one while that is asked for. */
+  const found = measures.value.value?.of === of.value ? measures.value.value : null;
   const heights = useMemo(() => (limb ? heightsOf(limb.fetched.data.positions, limb.frame) : null), [limb]);
   const rows = useMemo(() => [...(found?.levels ?? [])].reverse(), [found]);
   useEffect(() => {
@@ -58,14 +63,12 @@ export function useMeasured(room: Room) {
   const row = rows.find((one) => level.value !== null && Math.abs(one.height_mm - level.value) < AT_ROW_MM);
   /** The tables for a spreadsheet, as a file of the person's. */
   const sheet = async () => {
-    const response = await fetch(`${ROOT}/cases/${room.id}/measures.xlsx`, {
+    const { bytes } = await bytesOf(`/cases/${openCase.id}/measures.xlsx`, {
       method: "POST",
       headers: { "Content-Type": "application/json" },
       body: JSON.stringify(body()),
-      credentials: "same-origin",
     });
-    if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
-    saveAs(await response.blob(), `${room.id}-measures.xlsx`);
+    saveAs(new Blob([bytes], { type: XLSX }), `${openCase.id}-measures.xlsx`);
   };
   return { of, spacing, sock, level, limb, asked, aligned, measures, found, rows, row, here, from: found?.reference_height_mm ?? 0, sheet };
 }

@@ -13,7 +13,7 @@ import { href } from "../../state/route";
 import { t } from "../../texts";
 import { Stage, type Shown } from "../../viewer/stage";
 import type { Mode } from "../../viewer/surface";
-import type { RoomProps } from "../room";
+import type { CaseProps } from "../open-case";
 import { Agreement } from "./agreement";
 import { Curve } from "./curve";
 import { LevelTable } from "./level-table";
@@ -22,13 +22,13 @@ import { useMeasured } from "./measured";
 import { MeasureSettings } from "./settings";
 import { useTape } from "./tape";
 
-export function MeasureScreen({ room }: RoomProps) {
-  const measured = useMeasured(room);
+export function MeasureScreen({ openCase }: CaseProps) {
+  const measured = useMeasured(openCase);
   const { limb, asked, aligned, level, measures, found } = measured;
-  const tape = useTape(room, measured);
+  const tape = useTape(openCase, measured);
   const mode = useSignal<Mode>("surface");
   const shown = useMemo<Shown | null>(() => (limb ? { surface: limb.fetched.data, frame: limb.frame, aligned } : null), [limb]);
-  const edited = room.info.steps.some((step) => step.name === "rectify" && step.state === "done");
+  const edited = openCase.info.steps.some((step) => step.name === "rectify" && step.state === "done");
   return (
     <div class="work">
       <Stage shown={shown} label={t("stage.limb")} mode={mode} modes={["surface", "photo", "sure"]} level={level} keys={t("measure.keys")} marks={[]}>
@@ -54,7 +54,7 @@ export function MeasureScreen({ room }: RoomProps) {
                 tone="plain"
                 title={t("measure.needs")}
                 action={
-                  <a class="btn" href={href.step(room.id, "align")}>
+                  <a class="btn" href={href.step(openCase.id, "align")}>
                     {t("step.align")}
                   </a>
                 }

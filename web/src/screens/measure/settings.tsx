@@ -2,7 +2,7 @@
 import { Button, NumberField, Segments } from "../../design/parts";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
-import { told } from "../../words";
+import { term, told } from "../../words";
 import { SpacingField } from "../spacing-field";
 import type { Measured } from "./measured";
 
@@ -43,7 +43,7 @@ export function MeasureSettings({ measured, edited, onSheet }: { measured: Measu
           {t("measure.xlsx")}
         </Button>
       </div>
-      {found && <p class="small faint">{t("measure.counted", found.counted_from)}</p>}
+      {found && <p class="small faint">{t("measure.counted", term(found.counted_from))}</p>}
       {expert.value && found?.notes.map((one) => <p class="small faint">{told(one)}</p>)}
     </section>
   );

@@ -1,9 +1,10 @@
 /** A field for what the tape read at a height. */
 import { WrongNumber, useTyped } from "../../design/parts";
+import { fixed, typedAs } from "../../numbers";
 import { t } from "../../texts";
 
 export function TapeInput({ height_mm, value, onKeep }: { height_mm: number; value: number | null; onKeep: (girth: number | null) => void }) {
-  const typed = useTyped(value === null ? "" : String(value), onKeep, { mayBeEmpty: true });
+  const typed = useTyped(value === null ? "" : typedAs(value), onKeep, { mayBeEmpty: true });
   return (
     <>
       <input
@@ -11,7 +12,7 @@ export function TapeInput({ height_mm, value, onKeep }: { height_mm: number; val
         inputMode="decimal"
         autocomplete="off"
         placeholder="mm"
-        aria-label={t("measure.tape.at", height_mm.toFixed(0))}
+        aria-label={t("measure.tape.at", fixed(height_mm, 0))}
         {...typed.input}
         onClick={(event) => event.stopPropagation()}
         onKeyDown={(event) => event.key === "Enter" && typed.commit()}

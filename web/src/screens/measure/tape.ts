@@ -1,13 +1,13 @@
 /** The readings of the tape: kept by the server, judged by it, and why one was not kept. */
 import { useSignal } from "@preact/signals";
 
-import { Refused, api, taken } from "../../api/client";
+import { Refused, answerOf, api } from "../../api/client";
 import { perform, pendingAt } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
+import { useAct, useQuery } from "../../state/requests";
 import { go, href } from "../../state/route";
 import { t } from "../../texts";
 import { heightIs, judged, withPending } from "../readings";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 import type { Measured } from "./measured";
 
 const TAPE = "/api/v1/cases/{case_id}/tape";
@@ -19,13 +19,13 @@ interface NotKept {
 
 export type Tape = ReturnType<typeof useTape>;
 
-export function useTape(room: Room, { measures }: Measured) {
-  const path = { params: { path: { case_id: room.id } } };
+export function useTape(openCase: OpenCase, { measures }: Measured) {
+  const path = { params: { path: { case_id: openCase.id } } };
   const act = useAct();
-  const kept = useAsked(() => taken(api.GET(TAPE, path)), [room.id, room.news.work]);
+  const kept = useQuery(() => answerOf(api.GET(TAPE, path)), [openCase.id, openCase.changes.work]);
   /** Why a reading was not kept, by its height. */
   const wrong = useSignal<ReadonlyMap<number, NotKept>>(new Map());
-  const readings = judged(withPending(kept.value.value ?? [], pendingAt(room.id, TAPE)), measures.busy.value ? [] : (measures.value.value?.tape ?? []));
+  const readings = judged(withPending(kept.value.value ?? [], pendingAt(openCase.id, TAPE)), measures.busy.value ? [] : (measures.value.value?.tape ?? []));
   const waits = readings.some((one) => one.verdict === null);
   const conflicts = readings.filter((one) => one.verdict?.conflict);
 
@@ -38,7 +38,13 @@ export function useTape(room: Room, { measures }: Measured) {
     void act.run(async () => {
       said(height_mm, null, girth_mm);
       try {
-        await perform(room.id, "patch", TAPE, { ...path, body: { height_mm, girth_mm } }, { done: kept.put, again: kept.again, askedSince: kept.askedSince });
+        await perform(
+          openCase.id,
+          "patch",
+          TAPE,
+          { ...path, body: { height_mm, girth_mm } },
+          { done: kept.put, again: kept.again, askedSince: kept.askedSince },
+        );
       } catch (error) {
         if (error instanceof Refused) said(height_mm, error, girth_mm);
         throw error;
@@ -49,8 +55,8 @@ export function useTape(room: Room, { measures }: Measured) {
   const goOn = () =>
     act.run(async () => {
       for (const { height_mm, girth_mm, verdict } of conflicts)
-        if (!verdict?.accepted) await perform(room.id, "post", "/api/v1/cases/{case_id}/tape/accept", { ...path, body: { height_mm, girth_mm } });
-      go(href.step(room.id, "rectify"));
+        if (!verdict?.accepted) await perform(openCase.id, "post", "/api/v1/cases/{case_id}/tape/accept", { ...path, body: { height_mm, girth_mm } });
+      go(href.step(openCase.id, "rectify"));
     });
   const comparing = t(measures.refused.value ? "measure.compared.not" : "measure.comparing");
   const refused = (wrong.value.size ? null : act.refused.value) ?? kept.refused.value;

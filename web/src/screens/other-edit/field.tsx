@@ -2,7 +2,7 @@
 import type { Parameter } from "../../edits";
 import { t } from "../../texts";
 import { term } from "../../words";
-import { choicesOf, usual, wordOf } from "./values";
+import { choicesOf, unitOf, usual, wordOf } from "./values";
 
 interface Props {
   readonly kind: string;
@@ -38,7 +38,7 @@ export function Field({ kind, parameter: p, value, places, onValue, onKeyDown }:
       ) : (
         <input inputMode="decimal" placeholder={usual(p)} value={value ?? ""} onInput={(event) => onValue(event.currentTarget.value)} onKeyDown={onKeyDown} />
       )}
-      {p.unit && <span class="u">{p.unit === "deg" ? "°" : p.unit}</span>}
+      {p.unit && <span class="u">{unitOf(p)}</span>}
     </span>
   );
 }

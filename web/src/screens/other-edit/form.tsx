@@ -10,22 +10,18 @@ import { useEffect, useRef } from "preact/hooks";
 import type { Refused } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
-import { signed } from "../../geometry/scales";
+import { numberIn, signed } from "../../numbers";
 import { expert } from "../../state/settings";
-import { type Parameter, groupOf, helpOf, kinds, labelOf, nameOf, purposeOf } from "../../edits";
+import { type Parameter, editKinds, editName, groupOf, helpOf, labelOf, purposeOf } from "../../edits";
 import { t } from "../../texts";
+import type { EditBody } from "../rectify/draft";
 import { Field } from "./field";
 import { FIRST_LEVELS, LevelRows } from "./level-rows";
-import { numberOf, rangeOf, valueOf } from "./values";
+import { rangeOf, valueOf } from "./values";
 
 /** The edits that have forms of their own. */
 const LEARNED = "learned";
 const TRY_AFTER_MS = 600;
-interface Body {
-  readonly kind: string;
-  readonly parameters: Record<string, unknown>;
-  readonly accept: string[];
-}
 
 interface Props {
   readonly first: string;
@@ -39,9 +35,9 @@ interface Props {
   /** What the trial does to the volume, mL; null where nothing is tried. */
   readonly volume_ml: number | null;
   readonly refused: Refused | null;
-  readonly onTry: (body: Body) => void;
+  readonly onTry: (body: EditBody) => void;
   /** Whether it was kept. */
-  readonly onKeep: (body: Body) => Promise<boolean>;
+  readonly onKeep: (body: EditBody) => Promise<boolean>;
   readonly onDrop: () => void;
 }
 
@@ -57,7 +53,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
   useEffect(() => () => clearTimeout(wait.current), []);
   const fits = (of: readonly (string | null)[]) => !of.length || of.includes(limbKind);
   const asked = (group: string, everyday: boolean) => (only ? group === only : group !== LEARNED && (expert.value || everyday));
-  const all = kinds.value.filter((one) => fits(one.kinds) && asked(one.group, one.everyday));
+  const all = editKinds.value.filter((one) => fits(one.kinds) && asked(one.group, one.everyday));
   const groups = [...new Set(all.map((one) => one.group))];
   const one = all.find((k) => k.kind === kind.value) ?? all[0];
   const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in" && (expert.value || !one?.rarely.includes(p.name)));
@@ -69,7 +65,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
     ...fields.filter((p) => p.needed && !textOf(p)).map((p) => labelOf(one?.kind ?? "", p.name)),
     ...(byLevels && rows.length === 0 ? [t("other.level")] : []),
   ];
-  const body = (): Body | null => {
+  const body = (): EditBody | null => {
     if (!one) return null;
     const made: Record<string, unknown> = {};
     for (const p of fields) {
@@ -77,7 +73,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
       if (text) made[p.name] = valueOf(text, p);
     }
     if (byLevels) {
-      const sorted = rows.map((row) => [numberOf(row.height), numberOf(row.amount)] as const).sort((a, b) => a[0] - b[0]);
+      const sorted = rows.map((row) => [numberIn(row.height) ?? NaN, numberIn(row.amount) ?? NaN] as const).sort((a, b) => a[0] - b[0]);
       made["heights_mm"] = sorted.map(([height]) => height);
       made["per_cent"] = sorted.map(([, amount]) => amount);
     }
@@ -104,7 +100,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
   useEffect(() => {
     if (!busy && meanwhile.current) change();
   }, [busy]);
-  const latest = useRef<() => Body | null>(() => null);
+  const latest = useRef<() => EditBody | null>(() => null);
   latest.current = () => (lacks.length ? null : body());
   const set = (name: string, value: string) => {
     given.value = { ...given.value, [name]: value };
@@ -132,7 +128,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
               <optgroup key={group} label={groupOf(own[0].kind)}>
                 {own.map((k) => (
                   <option key={k.kind} value={k.kind}>
-                    {nameOf(k.kind)}
+                    {editName(k.kind)}
                   </option>
                 ))}
               </optgroup>
@@ -164,7 +160,7 @@ export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_m
           off={busy ? t("loading") : spent.value ? t("other.kept") : lacks.length ? t("other.lacks", lacks.join(", ")) : refused ? t("refused.first") : null}
           onClick={keep}
         >
-          {t("keep.edit")}
+          {t("keep")}
         </Button>
         {volume_ml !== null && <Button onClick={onDrop}>{t("drop.edit")}</Button>}
       </div>

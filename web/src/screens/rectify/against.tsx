@@ -1,7 +1,7 @@
 /** What the colours are held against: the scan, or the shape before one of the edits. */
 import type { Schemas } from "../../api/client";
 import { t } from "../../texts";
-import { wordsOf } from "../edit-words";
+import { summaryOf } from "../edit-words";
 import type { Workspace } from "./workspace";
 
 export function Against({ workspace: { base, mode }, edits }: { workspace: Workspace; edits: readonly Schemas["EditReply"][] }) {
@@ -19,7 +19,7 @@ export function Against({ workspace: { base, mode }, edits }: { workspace: Works
             <option value="">{t("compare.scan")}</option>
             {edits.slice(1).map((one) => (
               <option key={one.number} value={one.number}>
-                {t("compare.before.edit", one.number, wordsOf(one).title)}
+                {t("compare.before.edit", one.number, summaryOf(one).title)}
               </option>
             ))}
           </select>

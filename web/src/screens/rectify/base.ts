@@ -3,11 +3,11 @@ import { useSignal } from "@preact/signals";
 import { useMemo, useRef } from "preact/hooks";
 
 import type { Schemas } from "../../api/client";
-import { useAsked } from "../../state/asked";
+import { useQuery } from "../../state/requests";
 import { fetchDifferences } from "../../state/shapes";
 import type { SurfaceData } from "../../viewer/surface";
 import type { Limb } from "../limb";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 
 export interface Base {
   readonly limb: Limb | null;
@@ -20,13 +20,13 @@ export interface Base {
   readonly carry: (tried_mm: Float32Array | null) => void;
 }
 
-export function useBase(room: Room, limb: Limb | null, book: Schemas["Ledgered"] | null): Base {
+export function useBase(openCase: OpenCase, limb: Limb | null, book: Schemas["Ledgered"] | null): Base {
   const chosen = useSignal<number | null>(null);
   const carried = useRef<Float32Array | null>(null);
   // An edit that was taken out has no state before it: then the colours are against the scan again.
   const before = chosen.value !== null && chosen.value <= (book?.recipe.edits.length ?? 0) ? chosen.value : null;
   const asks = `${limb?.fetched.tag} ${before}`;
-  const asked = useAsked(async () => ({ values: await fetchDifferences(room.id, before), of: asks }), [room.id, asks]);
+  const asked = useQuery(async () => ({ values: await fetchDifferences(openCase.id, before), of: asks }), [openCase.id, asks]);
   const data = limb?.fetched.data ?? null;
   const found = asked.value.value;
   const differences_mm = useMemo(() => {

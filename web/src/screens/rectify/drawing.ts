@@ -30,6 +30,8 @@ export interface Drawing {
   readonly corners: RefObject<readonly Touch[]>;
   /** Where the brush would touch the limb now. */
   readonly over: Signal<Hit | null>;
+  /** Take away what is drawn and is no edit yet. */
+  readonly clear: () => void;
 }
 
 /** Sizes of the tool, mm: the least and the most. */
@@ -49,7 +51,11 @@ export function useDrawing(): Drawing {
   const line = useSignal<readonly Vector3[]>([]);
   const corners = useRef<readonly Touch[]>([]);
   const over = useSignal<Hit | null>(null);
-  return { first, tool, size, soft, line, corners, over };
+  const clear = () => {
+    line.value = [];
+    corners.current = [];
+  };
+  return { first, tool, size, soft, line, corners, over, clear };
 }
 
 /** Set a size by so much, within its limits. */

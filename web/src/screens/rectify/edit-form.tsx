@@ -1,9 +1,9 @@
 /** The edit that is open, in figures: its depth and edges, what it does to the limb, and whether it is kept. */
 import { Button, Notice, NumberField, Segments } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
-import { signed } from "../../geometry/scales";
+import { fixed, signed } from "../../numbers";
 import { t } from "../../texts";
-import { askedBy, said } from "../edit-words";
+import { askedBy, sentences } from "../edit-words";
 import { type Workspace, keepDrawn } from "./workspace";
 import { type Draft, wayOf } from "./draft";
 import { type Girth, toneOf, volumeOf } from "./effect";
@@ -53,19 +53,19 @@ export function EditForm({ workspace, draft, girth }: { workspace: Workspace; dr
       </div>
       <Effect girth={girth} volume_ml={volumeOf(workspace)} waits={trial.waits.value} />
       {trial.tried.value?.line?.concerns.map((one) => (
-        <Notice key={said(one.finding)} tone="amber" title={said(one.finding)} />
+        <Notice key={sentences(one.finding)} tone="amber" title={sentences(one.finding)} />
       ))}
       <Asked workspace={workspace} draft={draft} />
       {edit.asksDepth.value && (
         <Notice
           tone="amber"
-          title={t("deep", draft.depth_mm.toFixed(1))}
+          title={t("deep", fixed(draft.depth_mm, 1))}
           action={<Button onClick={() => (edit.asksDepth.value = false)}>{t("is.meant")}</Button>}
         />
       )}
       <div class="acts">
         <Button go class="grow" off={keeping.now.value ? t("loading") : trial.refused.value ? t("refused.first") : null} onClick={() => keepDrawn(workspace)}>
-          {t("keep.edit")}
+          {t("keep")}
         </Button>
         <Button onClick={edit.drop}>{t("drop.edit")}</Button>
       </div>
@@ -78,7 +78,7 @@ function Effect({ girth, volume_ml, waits }: { girth: Girth | null; volume_ml: n
     <div class={`eff ${waits ? "waits" : ""}`}>
       {girth && (
         <span>
-          {t("girth.at", girth.height_mm.toFixed(0))} <b class={toneOf(girth.change_mm)}>{signed(girth.change_mm)} mm</b>
+          {t("girth.at", fixed(girth.height_mm, 0))} <b class={toneOf(girth.change_mm)}>{signed(girth.change_mm)} mm</b>
         </span>
       )}
       {volume_ml !== null && (
@@ -112,7 +112,7 @@ export function DepthCard({ draft, girth }: { draft: Draft; girth: Girth | null 
       {girth && (
         <>
           <br />
-          <span class="soft">{t("girth.at", girth.height_mm.toFixed(0))}</span> <b>{girth.now_mm.toFixed(1)}</b>{" "}
+          <span class="soft">{t("girth.at", fixed(girth.height_mm, 0))}</span> <b>{fixed(girth.now_mm, 1)} mm</b>{" "}
           <span class={toneOf(girth.change_mm)}>({signed(girth.change_mm)})</span>
         </>
       )}

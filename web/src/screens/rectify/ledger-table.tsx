@@ -1,6 +1,6 @@
 /** The ledger: girths by height before, now and by the edit that is open, and where each edit did most. */
 import type { Schemas } from "../../api/client";
-import { signed } from "../../geometry/scales";
+import { fixed, signed } from "../../numbers";
 import { t } from "../../texts";
 import { toneOf } from "./effect";
 import { type Ledgered, changed } from "./ledger";
@@ -25,7 +25,7 @@ export function LedgerTable(props: Props) {
         <thead>
           <tr>
             <th class="num">{t("th.height")}</th>
-            <th class="num">{t("th.scan")}</th>
+            <th class="num">{t("measure.of.scan")}</th>
             <th class="num">{t("th.now")}</th>
             <th class="num">{t("th.change")}</th>
             <th class="num">{t("th.this")}</th>
@@ -68,9 +68,9 @@ function Girths({ ledger, line, level, onLevel }: Props) {
         const on = level !== null && Math.abs(level - height_mm) < NEAR_MM;
         return (
           <tr key={height_mm} class={`pick ${on ? "on" : ""}`} tabIndex={0} onClick={() => onLevel(height_mm)} onFocus={() => onLevel(height_mm)}>
-            <td class="num">{height_mm.toFixed(0)}</td>
-            <td class="num soft">{scan_mm[i]?.toFixed(1) ?? "–"}</td>
-            <td class="num">{now_mm[i]?.toFixed(1) ?? "–"}</td>
+            <td class="num">{fixed(height_mm, 0)}</td>
+            <td class="num soft">{fixed(scan_mm[i], 1)}</td>
+            <td class="num">{fixed(now_mm[i], 1)}</td>
             <td class={`num ${toneOf(all_mm ?? 0)}`}>{all_mm === null ? "–" : signed(all_mm)}</td>
             <td class="num soft">{this_mm === null ? "–" : signed(this_mm)}</td>
           </tr>
@@ -95,9 +95,9 @@ function Extremes({ ledger, onLevel }: Props) {
         const change_mm = less(after_mm, before_mm);
         return (
           <tr key={number} class="pick" tabIndex={0} onClick={() => onLevel(height_mm)} onFocus={() => onLevel(height_mm)}>
-            <td class="num">{height_mm.toFixed(0)}</td>
-            <td class="num soft">{before_mm?.toFixed(1) ?? "–"}</td>
-            <td class="num">{after_mm?.toFixed(1) ?? "–"}</td>
+            <td class="num">{fixed(height_mm, 0)}</td>
+            <td class="num soft">{fixed(before_mm, 1)}</td>
+            <td class="num">{fixed(after_mm, 1)}</td>
             <td class="num soft">{number}.</td>
             <td class="num">{change_mm === null ? "–" : signed(change_mm)}</td>
           </tr>
@@ -110,7 +110,7 @@ function Extremes({ ledger, onLevel }: Props) {
 /** Between which heights the volume counts. */
 function Span({ volume }: { volume: Schemas["VolumeChange"] | null | undefined }) {
   if (!volume || (volume.low_mm === null && volume.high_mm === null)) return null;
-  return <p class="small faint">{t("ledger.span", volume.low_mm?.toFixed(0) ?? "0", volume.high_mm?.toFixed(0) ?? "–")}</p>;
+  return <p class="small faint">{t("ledger.span", fixed(volume.low_mm ?? 0, 0), fixed(volume.high_mm, 0))}</p>;
 }
 
 const less = (one: number | null, other: number | null): number | null => (one === null || other === null ? null : one - other);

@@ -8,7 +8,7 @@ import { type Signal, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import { type Neighbours, type Shares, areaOf, displaced, neighboursOf, sharesAtPlace, sharesInRegion } from "../../geometry/edit";
+import { type Neighbours, type Shares, areaOf, displaced, neighboursOf, sharesAtPlace, sharesInRegion } from "../../geometry/edit-preview";
 import { nearestVertex } from "../../geometry/nearest";
 import { widthOf } from "../../geometry/scales";
 import { apply } from "../../geometry/vectors";
@@ -41,7 +41,7 @@ export interface OpenEdit {
   readonly drop: () => void;
 }
 
-interface Around {
+interface Context {
   readonly viewer: RefObject<Viewer | null>;
   readonly level: Signal<number | null>;
   readonly base: Base;
@@ -58,10 +58,12 @@ export interface Keeping {
   readonly offer: Offer;
 }
 
-export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, keeping }: Around): OpenEdit {
+export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, keeping }: Context): OpenEdit {
   const draft = useSignal<Draft | null>(null);
   const asksDepth = useSignal(false);
   const previewed = useSignal(0);
+  /** How deep it was when the hand took the handle. */
+  const pulledFrom = useRef<number | null>(null);
   const { data, differences_mm } = base;
   const shares = useShares(draft.value, data);
   const area_mm2 = useMemo(() => (data && shares ? areaOf(data.positions, data.indices, shares) : null), [data, shares]);
@@ -88,14 +90,16 @@ export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, kee
   const open = (next: Draft) => {
     if (keeping.now.value) return;
     draft.value = next;
+    asksDepth.value = false;
     trial.tried.value = null;
-    drawing.line.value = [];
+    drawing.clear();
     level.value = base.limb ? Math.round(apply(base.limb.frame, next.anchor)[2]) : null;
     void trial.ask(bodyOf(next));
   };
   const change = (part: Partial<Draft>) => {
     if (!draft.value || keeping.now.value) return;
     draft.value = { ...draft.value, ...part };
+    if (draft.value.depth_mm <= ASK_BEYOND_MM) asksDepth.value = false;
     void trial.ask(bodyOf(draft.value));
   };
   const tryNew = (body: EditBody) => {
@@ -108,7 +112,8 @@ export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, kee
     trial.waits.value = false;
     keeping.offer.over();
     draft.value = null;
-    drawing.line.value = [];
+    asksDepth.value = false;
+    drawing.clear();
     trimline.clear();
     const surface = drawnBase();
     if (!surface) return;
@@ -120,12 +125,15 @@ export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, kee
     const now = draft.value;
     if (!now || !viewer.current || keeping.now.value) return;
     const next = pulled(now, outward_mm, fine);
+    const begun_mm = (pulledFrom.current ??= now.depth_mm);
+    if (done) pulledFrom.current = null;
     if (trial.tried.value) trial.passOver();
     draft.value = next;
     preview(next);
     if (!done) return;
     if (next.depth_mm === 0) return drop();
-    if (next.depth_mm > ASK_BEYOND_MM && now.depth_mm <= ASK_BEYOND_MM) asksDepth.value = true;
+    if (next.depth_mm <= ASK_BEYOND_MM) asksDepth.value = false;
+    else if (begun_mm <= ASK_BEYOND_MM) asksDepth.value = true;
     void trial.ask(bodyOf(next));
   };
 

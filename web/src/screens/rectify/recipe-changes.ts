@@ -1,9 +1,9 @@
 /** Changes of the recipe: each is an act; the ledger comes back with it, then the shape. */
 import { Refused, type Schemas } from "../../api/client";
 import { perform } from "../../state/acts";
-import { useAct } from "../../state/asked";
+import { useAct } from "../../state/requests";
 import { EDIT, EDITS, RECIPE, recipeActs, seenBy } from "../recipe-acts";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 import type { Base } from "./base";
 import type { EditBody } from "./draft";
 import type { Ledger, Ledgered } from "./ledger";
@@ -21,7 +21,7 @@ export interface RecipeChanges {
   readonly remove: (number: number) => void;
 }
 
-interface Around {
+interface Context {
   readonly ledger: Ledger;
   readonly base: Base;
   readonly trial: Trial;
@@ -31,22 +31,22 @@ interface Around {
   readonly again: () => Promise<void>;
 }
 
-export function useRecipeChanges(room: Room, { ledger, base, trial, keeping, drop, again }: Around): RecipeChanges {
+export function useRecipeChanges(openCase: OpenCase, { ledger, base, trial, keeping, drop, again }: Context): RecipeChanges {
   const act = useAct();
   const { asked, book } = ledger;
-  const path = { case_id: room.id };
+  const path = { case_id: openCase.id };
 
   /** On the recipe that is shown: the server refuses it on any other one. */
   const run = (call: (query: { seen?: string }) => Promise<unknown>) =>
     act.run(async () => {
       try {
-        await call({ seen: seenBy(recipeActs(room.id), book?.recipe.mark) });
+        await call({ seen: seenBy(recipeActs(openCase.id), book?.recipe.mark) });
       } catch (error) {
         if (error instanceof Refused && error.status === 409) void asked.again();
         throw error;
       }
       await again();
-      await room.again();
+      await openCase.again();
     });
   const took = (answer: Ledgered, sent_ms: number) => {
     const overtaken = asked.askedSince(sent_ms); // another window may have changed since
@@ -74,7 +74,7 @@ export function useRecipeChanges(room: Room, { ledger, base, trial, keeping, dro
       kept(tried_mm);
     };
     const anew = () => tookAnew().then(() => kept(null));
-    const added = await run(() => perform(room.id, "post", EDITS, { params: { path }, body }, { id: keeping.offer.idOf(body), done, again: anew }));
+    const added = await run(() => perform(openCase.id, "post", EDITS, { params: { path }, body }, { id: keeping.offer.idOf(body), done, again: anew }));
     keeping.now.value = false;
     return added !== null;
   };
@@ -82,9 +82,9 @@ export function useRecipeChanges(room: Room, { ledger, base, trial, keeping, dro
   return {
     refused: act.refused.value,
     add,
-    undo: () => void run((query) => perform(room.id, "post", `${RECIPE}/undo`, { params: { path, query } }, ways)),
-    redo: () => void run((query) => perform(room.id, "post", `${RECIPE}/redo`, { params: { path, query } }, ways)),
-    change: (number, body) => void run((query) => perform(room.id, "patch", EDIT, { params: { path: { ...path, number }, query }, body }, ways)),
-    remove: (number) => void run((query) => perform(room.id, "delete", EDIT, { params: { path: { ...path, number }, query } }, ways)),
+    undo: () => void run((query) => perform(openCase.id, "post", `${RECIPE}/undo`, { params: { path, query } }, ways)),
+    redo: () => void run((query) => perform(openCase.id, "post", `${RECIPE}/redo`, { params: { path, query } }, ways)),
+    change: (number, body) => void run((query) => perform(openCase.id, "patch", EDIT, { params: { path: { ...path, number }, query }, body }, ways)),
+    remove: (number) => void run((query) => perform(openCase.id, "delete", EDIT, { params: { path: { ...path, number }, query } }, ways)),
   };
 }

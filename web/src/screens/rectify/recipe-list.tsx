@@ -4,10 +4,11 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Button, Notice, NumberField, Switch } from "../../design/parts";
-import { signed } from "../../geometry/scales";
+import { signed } from "../../numbers";
+import { expert } from "../../state/settings";
 import { t } from "../../texts";
-import { said, wordsOf } from "../edit-words";
-import type { Shown } from "../recipe-acts";
+import { sentences, summaryOf } from "../edit-words";
+import { type Shown, movedTo } from "../recipe-acts";
 import { toneOf } from "./effect";
 import { type Ledgered, changed } from "./ledger";
 import type { RecipeChanges } from "./recipe-changes";
@@ -27,6 +28,10 @@ export function RecipeList({ book, listed, recipe }: ListProps) {
   const { fits, notes } = book.recipe;
   const unknown = listed === null;
   const edits = listed ?? book.recipe.edits.map((one): Shown => ({ ...one, was: null }));
+  const change = (number: number, body: Schemas["EditChange"]) => {
+    if (chosen.value !== null && body.number) chosen.value = movedTo(chosen.value, number, body.number);
+    recipe.change(number, body);
+  };
   const remove = (number: number) => {
     chosen.value = null; // the next edit has its number now
     recipe.remove(number);
@@ -49,14 +54,14 @@ export function RecipeList({ book, listed, recipe }: ListProps) {
             line={lines.find((line) => line.number === one.was)}
             chosen={chosen.value === one.number}
             onChoose={(on) => (chosen.value = on ? one.number : null)}
-            onChange={recipe.change}
+            onChange={change}
             onRemove={remove}
           />
         ))}
       </ol>
       {notes.map((one) => (
-        <p key={said(one)} class="small soft">
-          {said(one)}
+        <p key={sentences(one)} class="small soft">
+          {sentences(one)}
         </p>
       ))}
     </section>
@@ -89,7 +94,7 @@ interface RowProps {
 }
 
 function Row({ one, count, line, chosen, onChoose, onChange, onRemove }: RowProps) {
-  const words = wordsOf(one);
+  const words = summaryOf(one);
   const change_ml = line && one.on ? changed(line.volume) : null;
   return (
     <li class={`ed ${one.on ? "" : "offd"} ${chosen ? "on" : ""}`} {...dragged(one.number, onChange)}>
@@ -103,7 +108,7 @@ function Row({ one, count, line, chosen, onChoose, onChange, onRemove }: RowProp
       <span class={`num ${change_ml === null ? "" : toneOf(change_ml)}`}>
         {!one.on ? t("off").toLowerCase() : change_ml !== null ? signed(change_ml) : one.was === null ? "…" : ""}
       </span>
-      {line && line.told.length > 0 && !chosen && <p class="ed-more small soft">{line.told.map(said).join(" ")}</p>}
+      {line && line.told.length > 0 && !chosen && <p class="ed-more small soft">{line.told.map(sentences).join(" ")}</p>}
       {chosen && <More one={one} line={line} onChange={onChange} onRemove={onRemove} />}
     </li>
   );
@@ -131,6 +136,9 @@ function Grip({ number, count, onChange }: Pick<RowProps, "count" | "onChange"> 
     if (!by || to < 1 || to > count) return;
     event.preventDefault();
     onChange(number, { number: to });
+    // The rows stay where they are and what they show moves: so does the focus.
+    const row = (event.currentTarget as HTMLElement).closest("li");
+    (by < 0 ? row?.previousElementSibling : row?.nextElementSibling)?.querySelector<HTMLElement>(".grip")?.focus();
   };
   return (
     <button type="button" class="grip" aria-label={t("recipe.move", number)} onKeyDown={onKey}>
@@ -144,7 +152,7 @@ function More({ one, line, onChange, onRemove }: Pick<RowProps, "one" | "line" |
   const parameters = one.parameters as Record<string, never>;
   return (
     <div class="ed-more">
-      {wordsOf(one).field && (
+      {summaryOf(one).field && (
         <NumberField
           label={t("depth")}
           unit="mm"
@@ -156,13 +164,13 @@ function More({ one, line, onChange, onRemove }: Pick<RowProps, "one" | "line" |
           onChange={(depth_mm) => onChange(one.number, { parameters: { ...parameters, depth_mm } as never })}
         />
       )}
-      <p class="small faint">{one.text}</p>
+      {expert.value && <p class="mono">{one.text}</p>}
       {line?.told.map((finding) => (
-        <p key={said(finding)} class="small faint">
-          {said(finding)}
+        <p key={sentences(finding)} class="small faint">
+          {sentences(finding)}
         </p>
       ))}
-      <Button onClick={() => onRemove(one.number)}>{t("recipe.remove")}</Button>
+      <Button onClick={() => onRemove(one.number)}>{t("take.out")}</Button>
     </div>
   );
 }

@@ -18,7 +18,7 @@ import { Stage, type Shown } from "../../viewer/stage";
 import type { Finding } from "../../words";
 import { scanWords } from "../edit-words";
 import { OtherEdit } from "../other-edit";
-import type { RoomProps } from "../room";
+import type { CaseProps } from "../open-case";
 import { TemplateEdits } from "../templates";
 import { Against } from "./against";
 import { type Workspace, unkept, useWorkspace } from "./workspace";
@@ -33,8 +33,8 @@ import { RecipeList } from "./recipe-list";
 import { useTool } from "./tool";
 import { ToolBar } from "./tool-bar";
 
-export function RectifyScreen({ room }: RoomProps) {
-  const workspace = useWorkspace(room);
+export function RectifyScreen({ openCase }: CaseProps) {
+  const workspace = useWorkspace(openCase);
   const { mode, level, limb, ledger, base, edit, keeping } = workspace;
   useKeys(workspace);
   const tool = useTool(workspace);
@@ -90,7 +90,7 @@ function useShown({ limb, trial, base }: Workspace): Shown | null {
 
 /** The edit that is open, or the form of the tool in the hand. */
 function ToolForm({ workspace, girth }: { workspace: Workspace; girth: Girth | null }) {
-  const { room, limb, drawing, edit, trial, trimline, keeping, recipe } = workspace;
+  const { openCase, limb, drawing, edit, trial, trimline, keeping, recipe } = workspace;
   const tool = drawing.tool.value;
   const draft = edit.draft.value;
   const tried = trial.tried.value;
@@ -105,7 +105,7 @@ function ToolForm({ workspace, girth }: { workspace: Workspace; girth: Girth | n
           key={tool}
           first={tool === "levels" ? "reduction" : (drawing.first ?? "sock")}
           only={tool === "levels" ? "levels" : null}
-          limbKind={room.info.kind ?? null}
+          limbKind={openCase.info.kind ?? null}
           places={limb?.reply.places.map((one) => one.name) ?? []}
           busy={busy}
           waits={waits}
@@ -118,13 +118,13 @@ function ToolForm({ workspace, girth }: { workspace: Workspace; girth: Girth | n
       )}
       {tool === "template" && (
         <TemplateEdits
-          room={room}
+          openCase={openCase}
           tried={tried !== null}
           waits={waits}
           refused={refused}
           busy={busy}
-          onTry={(body) => edit.tryNew({ ...body, parameters: { ...body.parameters } })}
-          onKeep={(body) => void recipe.add({ ...body, parameters: { ...body.parameters } })}
+          onTry={edit.tryNew}
+          onKeep={(body) => void recipe.add(body)}
           onDrop={edit.drop}
         />
       )}
@@ -159,7 +159,7 @@ function Next({ workspace }: { workspace: Workspace }) {
         big
         off={lacks}
         trailing={open ? undefined : "next"}
-        onClick={() => go(href.step(workspace.room.id, "send"))}
+        onClick={() => go(href.step(workspace.openCase.id, "send"))}
       >
         {lacks ?? t("rectify.next")}
       </Button>

@@ -17,7 +17,7 @@ const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
 export function ToolBar({ workspace: { drawing, edit } }: { workspace: Workspace }) {
   const take = (name: ToolName) => {
     edit.drop();
-    drawing.corners.current = [];
+    drawing.clear(); // also while an edit is being kept, which is not dropped
     drawing.tool.value = name;
   };
   return (

@@ -4,11 +4,11 @@ import type { RefObject } from "preact";
 import { useMemo, useRef } from "preact/hooks";
 
 import { newOffer } from "../../state/acts";
-import type { Asked } from "../../state/asked";
+import type { Query } from "../../state/requests";
 import type { Mode } from "../../viewer/surface";
 import type { Viewer } from "../../viewer/viewer";
 import { type Limb, useLimb } from "../limb";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 import { type Base, useBase } from "./base";
 import { bodyOf } from "./draft";
 import { type Drawing, useDrawing } from "./drawing";
@@ -19,14 +19,14 @@ import { type Trial, useTrial } from "./trial";
 import { type Trimline, useTrimline } from "./trimline";
 
 export interface Workspace {
-  readonly room: Room;
+  readonly openCase: OpenCase;
   readonly viewer: RefObject<Viewer | null>;
   readonly mode: Signal<Mode>;
   /** Where the girth is read, mm. */
   readonly level: Signal<number | null>;
   readonly limb: Limb | null;
   /** Why there is no limb. */
-  readonly limbRefused: Asked<unknown>["refused"];
+  readonly limbRefused: Query<unknown>["refused"];
   readonly ledger: Ledger;
   readonly base: Base;
   readonly drawing: Drawing;
@@ -37,20 +37,20 @@ export interface Workspace {
   readonly recipe: RecipeChanges;
 }
 
-export function useWorkspace(room: Room): Workspace {
-  const { limb, asked } = useLimb(room, "rectified");
+export function useWorkspace(openCase: OpenCase): Workspace {
+  const { limb, asked } = useLimb(openCase, "rectified");
   const viewer = useRef<Viewer | null>(null);
   const mode = useSignal<Mode>("difference");
   const level = useSignal<number | null>(null);
   const drawing = useDrawing();
-  const ledger = useLedger(room);
-  const base = useBase(room, limb, ledger.book);
-  const trial = useTrial(room.id, base, viewer);
+  const ledger = useLedger(openCase);
+  const base = useBase(openCase, limb, ledger.book);
+  const trial = useTrial(openCase.id, base, viewer);
   const trimline = useTrimline(viewer, limb);
   const keeping: Keeping = { now: useSignal(false), offer: useMemo(newOffer, []) };
   const edit = useOpenEdit({ viewer, level, base, trial, drawing, trimline, keeping });
-  const recipe = useRecipeChanges(room, { ledger, base, trial, keeping, drop: edit.drop, again: asked.again });
-  return { room, viewer, mode, level, limb, limbRefused: asked.refused, ledger, base, drawing, trial, trimline, edit, keeping, recipe };
+  const recipe = useRecipeChanges(openCase, { ledger, base, trial, keeping, drop: edit.drop, again: asked.again });
+  return { openCase, viewer, mode, level, limb, limbRefused: asked.refused, ledger, base, drawing, trial, trimline, edit, keeping, recipe };
 }
 
 /** What is drawn and not kept: leaving the page would lose it. */

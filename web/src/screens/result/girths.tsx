@@ -1,6 +1,7 @@
 /** Girths by height: measured by the server once the limb is aligned, until then by this page. */
 import type { Schemas } from "../../api/client";
 import { cut, heightsOf } from "../../geometry/section";
+import { fixed, within } from "../../numbers";
 import { t } from "../../texts";
 import type { Limb } from "../limb";
 
@@ -60,7 +61,6 @@ export function GirthTable({ rows, level, onLevel }: { rows: readonly GirthRow[]
     level === null
       ? null
       : rows.reduce<GirthRow | null>((best, one) => (!best || Math.abs(one.height_mm - level) < Math.abs(best.height_mm - level) ? one : best), null);
-  const figure = (value: number | null, decimals: number) => (value === null ? "–" : value.toFixed(decimals));
   return (
     <table class={rows.some((one) => !one.kept) ? "preview" : ""}>
       <thead>
@@ -84,11 +84,11 @@ export function GirthTable({ rows, level, onLevel }: { rows: readonly GirthRow[]
               onClick={() => onLevel(one.height_mm)}
               onFocus={() => onLevel(one.height_mm)}
             >
-              <td class="num">{one.height_mm.toFixed(0)}</td>
-              <td class="num">{figure(one.girth, 1)}</td>
-              <td class="num soft">{figure(one.within, 1)}</td>
-              <td class="num soft">{figure(one.area_cm2, 1)}</td>
-              <td class="num soft">{figure(one.below_ml, 0)}</td>
+              <td class="num">{fixed(one.height_mm, 0)}</td>
+              <td class="num">{fixed(one.girth, 1)}</td>
+              <td class="num soft">{within(one.within, 1)}</td>
+              <td class="num soft">{fixed(one.area_cm2, 1)}</td>
+              <td class="num soft">{fixed(one.below_ml, 0)}</td>
             </tr>
           );
         })}

@@ -5,15 +5,16 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { Vector3 } from "three";
 
-import { api, taken } from "../../api/client";
+import { answerOf, api } from "../../api/client";
 import figures from "../../api/figures.json";
 import { Icon } from "../../design/icons";
 import { Button, Notice } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { type Sureness, surenessOf } from "../../geometry/sureness";
 import { type Vec3, apply, xyz } from "../../geometry/vectors";
+import { fixed, within } from "../../numbers";
 import { perform } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
+import { useAct, useQuery } from "../../state/requests";
 import { go, href } from "../../state/route";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
@@ -24,35 +25,35 @@ import type { Viewer } from "../../viewer/viewer";
 import { Computing } from "../computing";
 import { type Limb, useLimb } from "../limb";
 import { PointCard } from "../point-card";
-import type { RoomProps } from "../room";
+import type { CaseProps } from "../open-case";
 import { GirthTable, rowsOf } from "./girths";
 import { KitLines } from "./kit";
 import { NoteLines, SizeLines, VerdictLines } from "./verdict";
 
-export function ResultScreen({ room }: RoomProps) {
-  const working = ["computing", "held", "interrupted", "cancelled", "refused", "failed"].includes(room.info.state);
-  const shape = room.info.steps.some((step) => step.name === "align" && step.state !== "locked");
+export function ResultScreen({ openCase }: CaseProps) {
+  const working = ["computing", "held", "interrupted", "cancelled", "refused", "failed"].includes(openCase.info.state);
+  const shape = openCase.info.steps.some((step) => step.name === "align" && step.state !== "locked");
   const stay = useSignal(false);
   useEffect(() => {
     stay.value = false;
-  }, [room.info.state]);
-  if ((working && !stay.value) || !shape) return <Computing room={room} onLook={shape ? () => (stay.value = true) : null} />;
-  return <Finished room={room} />;
+  }, [openCase.info.state]);
+  if ((working && !stay.value) || !shape) return <Computing openCase={openCase} onLook={shape ? () => (stay.value = true) : null} />;
+  return <Finished openCase={openCase} />;
 }
 
-function Finished({ room }: RoomProps) {
-  const { limb, asked } = useLimb(room, "scan");
+function Finished({ openCase }: CaseProps) {
+  const { limb, asked } = useLimb(openCase, "scan");
   const mode = useSignal<Mode>("sure");
   const level = useSignal<number | null>(null);
   const picked = useSignal<Vec3 | null>(null);
   const act = useAct();
   const viewer = useRef<Viewer | null>(null);
-  const path = { params: { path: { case_id: room.id } } };
+  const path = { params: { path: { case_id: openCase.id } } };
   const aligned = limb?.reply.aligned ?? false;
-  const measures = useAsked(
+  const measures = useQuery(
     async () =>
       aligned
-        ? await taken(
+        ? await answerOf(
             api.POST("/api/v1/cases/{case_id}/measures", {
               ...path,
               body: {
@@ -72,9 +73,9 @@ function Finished({ room }: RoomProps) {
             }),
           )
         : null,
-    [room.id, aligned, limb?.reply.sha256],
+    [openCase.id, aligned, limb?.reply.sha256],
   );
-  const kit = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/kit", path)), [room.id, room.info.state]);
+  const kit = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/kit", path)), [openCase.id, openCase.info.state]);
   const rows = useMemo(() => rowsOf(limb, measures.value.value), [limb, measures.value.value]);
   const shown = useMemo<Shown | null>(() => (limb ? { surface: limb.fetched.data, frame: limb.frame, aligned: limb.reply.aligned } : null), [limb]);
   useEffect(() => {
@@ -83,7 +84,7 @@ function Finished({ room }: RoomProps) {
   const measured = useMemo(() => (limb ? surenessOf(limb.fetched.data) : null), [limb]);
   const refresh = () =>
     act.run(async () => {
-      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/refresh", path);
+      await perform(openCase.id, "post", "/api/v1/cases/{case_id}/limb/refresh", path);
       await asked.again();
     });
   const look = ({ where, normal }: Sureness) => {
@@ -103,7 +104,7 @@ function Finished({ room }: RoomProps) {
         onClick={(hit) => (picked.value = hit && xyz(hit.point))}
         marks={limb ? picks(picked.value) : []}
       >
-        {picked.value && limb && <PointCard room={room} point={picked.value} onClose={() => (picked.value = null)} />}
+        {picked.value && limb && <PointCard openCase={openCase} point={picked.value} onClose={() => (picked.value = null)} />}
         {asked.refused.value && (
           <div class="stage-note">
             <Refusal refused={asked.refused.value} action={<Button onClick={() => void asked.again()}>{t("again")}</Button>} />
@@ -115,9 +116,9 @@ function Finished({ room }: RoomProps) {
         <h1 class="unseen">{t("step.result")}</h1>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
-            <VerdictLines info={room.info} />
-            <SizeLines tapes={kit.value.value?.tapes ?? []} verdict={room.info.verdict} />
-            {measured && <Figures measured={measured} photos={room.info.photos} />}
+            <VerdictLines info={openCase.info} />
+            <SizeLines tapes={kit.value.value?.tapes ?? []} verdict={openCase.info.verdict} />
+            {measured && <Figures measured={measured} photos={openCase.info.photos} />}
             {measured && limb && measured.worst_mm > 0 && <LeastSure measured={measured} limb={limb} onShow={look} />}
             {limb?.reply.stale && (
               <Notice tone="amber" title={t("result.stale")} action={<Button onClick={() => void refresh()}>{t("result.take")}</Button>}>
@@ -130,15 +131,15 @@ function Finished({ room }: RoomProps) {
             <GirthTable rows={rows} level={level.value} onLevel={(h) => (level.value = h)} />
           </section>
           {kit.value.value && <KitLines kit={kit.value.value} />}
-          <NoteLines notes={kit.value.value?.notes ?? []} verdict={room.info.verdict} />
+          <NoteLines notes={kit.value.value?.notes ?? []} verdict={openCase.info.verdict} />
           <section class="small-note">
-            <a href={href.step(room.id, "compare")}>{t("result.compare")}</a>
+            <a href={href.step(openCase.id, "compare")}>{t("result.compare")}</a>
           </section>
           <section class="small faint">{t(aligned ? "result.heights" : "result.heights.guess")}</section>
-          {expert.value && limb && <Expert caseId={room.id} limb={limb} />}
+          {expert.value && limb && <Expert caseId={openCase.id} limb={limb} />}
         </div>
         <div class="next">
-          <Button go big trailing="next" onClick={() => go(href.step(room.id, aligned ? "measure" : "align"))}>
+          <Button go big trailing="next" onClick={() => go(href.step(openCase.id, aligned ? "measure" : "align"))}>
             {aligned ? t("result.next.measure") : t("result.next")}
           </Button>
           {!aligned && <p class="small faint">{t("result.guess")}</p>}
@@ -157,16 +158,16 @@ function Figures({ measured, photos }: { measured: Sureness; photos: number }) {
     <div class="fig">
       <div>
         <h3>{t("fig.measured")}</h3>
-        <b>{(100 * measured.share).toFixed(all ? 0 : 1)} %</b>
-        <span class="small faint">{all ? t("fig.nothing.filled") : t("fig.filled", (100 - 100 * measured.share).toFixed(1))}</span>
+        <b>{fixed(100 * measured.share, all ? 0 : 1)} %</b>
+        <span class="small faint">{all ? t("fig.nothing.filled") : t("fig.filled", fixed(100 - 100 * measured.share, 1))}</span>
       </div>
       <div>
         <h3>{t("fig.sure")}</h3>
-        <b>± {measured.typical.toFixed(2)} mm</b>
+        <b>± {within(measured.typical, 2)} mm</b>
         <span class="small faint">{t("fig.sure.half")}</span>
       </div>
       <div>
-        <h3>{t("fig.photos")}</h3>
+        <h3>{t("held.photos")}</h3>
         <b>{photos}</b>
         <span class="small faint">{t("fig.photos.sent")}</span>
       </div>
@@ -181,7 +182,7 @@ function LeastSure({ measured, limb, onShow }: { measured: Sureness; limb: Limb;
     <div class="todo">
       <Icon name="eye" />
       <span>
-        {t("result.least", measured.worst_mm.toFixed(1), height_mm.toFixed(0))}{" "}
+        {t("result.least", within(measured.worst_mm, 1), fixed(height_mm, 0))}{" "}
         <button type="button" class="linkish" onClick={() => onShow(measured)}>
           {t("result.show")}
         </button>

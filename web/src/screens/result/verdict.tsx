@@ -23,7 +23,7 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
       {verdict.light !== "green" && reasons.length > 0 && (
         <ul class="findings small-note soft">
           {reasons.map((one) => (
-            <li key={one.code}>{told(one)}</li>
+            <li key={told(one)}>{told(one)}</li>
           ))}
         </ul>
       )}

@@ -2,13 +2,13 @@
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { usualOf } from "../../formats";
 import { sided } from "../../limb-kinds";
 import { perform } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
+import { useAct, useQuery } from "../../state/requests";
 import { type TextKey, t } from "../../texts";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 
 /** What a person is asked of a kind of file; its unit, its limits and what it is usually, the server says. */
 export const ASKED: Readonly<Record<string, readonly Asked[]>> = {
@@ -32,8 +32,8 @@ type Side = "left" | "right";
 
 export type Export = ReturnType<typeof useExport>;
 
-export function useExport(room: Room) {
-  const path = { params: { path: { case_id: room.id } } };
+export function useExport(openCase: OpenCase) {
+  const path = { params: { path: { case_id: openCase.id } } };
   const kind = useSignal("aop");
   const side = useSignal<Side | null>(null);
   const held = useSignal(false);
@@ -44,11 +44,11 @@ export function useExport(room: Room) {
   const act = useAct();
   /** The file that is asked for now, and no other, is shown and saved. */
   const wanted = useRef<Schemas["NewExport"] | null>(null);
-  const before = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/exports", path)), [room.id, room.news.work]);
-  const known = room.info.side;
-  const red = room.info.verdict?.light === "red";
+  const before = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/exports", path)), [openCase.id, openCase.changes.work]);
+  const known = openCase.info.side;
+  const red = openCase.info.verdict?.light === "red";
   const other = side.value !== null && (known === "left" || known === "right") && known !== side.value;
-  const torso = !sided(room.info.kind);
+  const torso = !sided(openCase.info.kind);
 
   const write = (next: { kind?: string; side?: Side | null } = {}) => {
     const chosen = { kind: next.kind ?? kind.value, side: next.side === undefined ? side.value : next.side };
@@ -77,7 +77,7 @@ export function useExport(room: Room) {
   /** One file after the other; what was wanted before and is not any more is not shown. */
   const writeWanted = async () => {
     for (let body = wanted.current; body;) {
-      const made = await perform(room.id, "post", "/api/v1/cases/{case_id}/exports", { ...path, body }, { lane: `${room.id} files` }).catch(
+      const made = await perform(openCase.id, "post", "/api/v1/cases/{case_id}/exports", { ...path, body }, { lane: `${openCase.id} files` }).catch(
         (error: unknown) => {
           if (wanted.current === body) throw error;
           return null; // refused, and not wanted any more

@@ -11,16 +11,17 @@ import type { Export } from "./export";
 
 interface Props {
   readonly made: Export;
-  readonly roomId: string;
+  readonly step: number;
+  readonly caseId: string;
   /** Whether the shape is open, no solid. */
   readonly shell: boolean;
 }
 
-export function PictureCard({ made, roomId, shell }: Props) {
+export function PictureCard({ made, step, caseId, shell }: Props) {
   const shown = exportKinds.value.find((one) => one.kind === made.kind.value);
   const w = made.written.value;
   return (
-    <Card step={3} done={made.held.value} title={t("send.picture")} aside={t("send.picture.from")}>
+    <Card step={step} done={made.held.value} title={t("send.picture")} aside={t("send.picture.from")}>
       {made.act.busy.value && (
         <p class="soft" role="status">
           {t("send.writing")}
@@ -35,7 +36,7 @@ export function PictureCard({ made, roomId, shell }: Props) {
             <Button
               onClick={() => {
                 openWith.value = "wall";
-                go(href.step(roomId, "rectify"));
+                go(href.step(caseId, "rectify"));
               }}
             >
               {t("send.shell.wall")}
@@ -49,7 +50,7 @@ export function PictureCard({ made, roomId, shell }: Props) {
         <>
           <img
             class="mirror"
-            src={`${ROOT}/cases/${roomId}/exports/${encodeURIComponent(w.name)}/mirror?${w.sha256.slice(0, 8)}`}
+            src={`${ROOT}/cases/${caseId}/exports/${encodeURIComponent(w.name)}/mirror?${w.sha256.slice(0, 8)}`}
             alt={t("send.picture.alt", w.side === "left" ? t("side.LEFT") : w.side === "right" ? t("side.RIGHT") : "")}
           />
           <label class={`tick ${made.held.value ? "on" : ""}`}>

@@ -2,9 +2,9 @@
 import type { Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Chip, Notice } from "../../design/parts";
-import { signed } from "../../geometry/scales";
+import { bytes, fixed, signed } from "../../numbers";
 import { expert } from "../../state/settings";
-import { bytes, t } from "../../texts";
+import { t } from "../../texts";
 import { type Finding, told } from "../../words";
 
 export function Readback({ w }: { w: Schemas["ExportedFile"] | null }) {
@@ -26,23 +26,23 @@ export function Readback({ w }: { w: Schemas["ExportedFile"] | null }) {
             <tbody>
               <Fact name={t("send.fact.side")} value={w.side === "left" ? t("side.LEFT") : w.side === "right" ? t("side.RIGHT") : "–"} />
               <Fact name={t("send.fact.unit")} value={w.unit} />
-              {known_(w.surface_within_mm) && <Fact name={t("send.fact.surface")} value={t("send.within", (w.surface_within_mm ?? 0).toFixed(2))} />}
+              {known_(w.surface_within_mm) && <Fact name={t("mode.surface")} value={t("send.within", fixed(w.surface_within_mm, 2))} />}
               {known_(w.girth_change_mm) && <Fact name={t("send.fact.girths")} value={t("send.most", signed(w.girth_change_mm ?? 0, 2))} />}
               {known_(w.volume_change) && <Fact name={t("volume")} value={`${signed(100 * (w.volume_change ?? 0), 2)} %`} />}
-              {known_(w.minutes) && <Fact name={t("send.fact.minutes")} value={`${(w.minutes ?? 0).toFixed(0)} min`} />}
+              {known_(w.minutes) && <Fact name={t("send.fact.minutes")} value={`${fixed(w.minutes, 0)} min`} />}
               <Fact name={t("recipe")} value={t("state.edits", w.recipe_edits)} />
             </tbody>
           </table>
           <ul class="findings small-note soft">
             {(w.said ?? []).map((one) => (
-              <li key={one.code}>{told(one as Finding)}</li>
+              <li key={told(one as Finding)}>{told(one as Finding)}</li>
             ))}
           </ul>
           {expert.value && <p class="mono">sha256 {w.sha256}</p>}
         </section>
       )}
       {(w?.notes ?? []).map((one) => (
-        <section key={one.code}>
+        <section key={told(one as Finding)}>
           <Notice tone="amber" title={told(one as Finding)} />
         </section>
       ))}

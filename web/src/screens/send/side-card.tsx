@@ -5,9 +5,9 @@ import { t } from "../../texts";
 import { Card } from "./card";
 import type { Export } from "./export";
 
-export function SideCard({ made: { side, known, other, write } }: { made: Export }) {
+export function SideCard({ made: { side, known, other, write }, step }: { made: Export; step: number }) {
   return (
-    <Card step={2} done={side.value !== null && !other} title={t("send.side")} aside={t("send.side.look")}>
+    <Card step={step} done={side.value !== null && !other} title={t("send.side")} aside={t("send.side.look")}>
       <div class="gate" role="radiogroup" aria-label={t("send.side")}>
         {(["right", "left"] as const).map((one) => (
           <button

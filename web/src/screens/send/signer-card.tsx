@@ -3,9 +3,9 @@ import { t } from "../../texts";
 import { Card } from "./card";
 import type { Export } from "./export";
 
-export function SignerCard({ made: { signer, write } }: { made: Export }) {
+export function SignerCard({ made: { signer, write }, step }: { made: Export; step: number }) {
   return (
-    <Card step={2} done={signer.value.trim() !== ""} title={t("send.red")} aside={t("send.red.why")}>
+    <Card step={step} done={signer.value.trim() !== ""} title={t("send.red")} aside={t("send.red.why")}>
       <span class="field wide">
         <input
           aria-label={t("send.red.who")}

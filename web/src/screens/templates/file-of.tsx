@@ -22,14 +22,14 @@ export function FileOf({ template, onRemove }: Props) {
           {t("template.file")}
         </a>
         <button type="button" class="linkish" onClick={() => (removing.value = true)}>
-          {t("cameras.delete")}
+          {t("delete")}
         </button>
       </p>
       {removing.value && (
         <Confirm
           danger
-          title={t("cameras.delete.sure", template.name)}
-          yes={t("cameras.delete")}
+          title={t("delete.sure", template.name)}
+          yes={t("delete")}
           onYes={() => void onRemove().then(() => (removing.value = false))}
           onNo={() => (removing.value = false)}
         >

@@ -2,25 +2,25 @@
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../../api/client";
+import { type Schemas, answerOf, api } from "../../api/client";
 import { Button, Chip } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { kindName } from "../../limb-kinds";
 import { newOffer, perform } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
+import { useAct, useQuery } from "../../state/requests";
 import { t } from "../../texts";
-import type { Room } from "../room";
+import type { OpenCase } from "../open-case";
 
-export function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas["LearnedReply"]) => void }) {
-  const cases = useAsked(
+export function Learning({ openCase, onLearned }: { openCase: OpenCase; onLearned: (reply: Schemas["LearnedReply"]) => void }) {
+  const cases = useQuery(
     async () =>
-      (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) =>
+      (await answerOf(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) =>
         one.steps.some((step) => step.name === "rectify" && step.state !== "locked" && step.count > 0),
       ),
     [],
   );
   const name = useSignal("");
-  const ticked = useSignal<ReadonlySet<string>>(new Set([room.id]));
+  const ticked = useSignal<ReadonlySet<string>>(new Set([openCase.id]));
   const act = useAct();
   const offer = useMemo(newOffer, []);
   const list = cases.value.value ?? [];

@@ -4,77 +4,58 @@
  * A template is tried and kept as any edit is: the recipe holds the whole of it, undo takes it back.
  */
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useRef } from "preact/hooks";
 
-import { ROOT, Refused, type Schemas, api, bytesOf, note, refusedBy, taken } from "../../api/client";
+import { type Refused, type Schemas, answerOf, api, putFile } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
 import { perform } from "../../state/acts";
-import { useAct, useAsked } from "../../state/asked";
+import { useAct, useQuery } from "../../state/requests";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
-import { said } from "../edit-words";
-import type { Room } from "../room";
+import { sentences } from "../edit-words";
+import type { EditBody } from "../rectify/draft";
+import type { OpenCase } from "../open-case";
+import { useChosen } from "./chosen";
 import { FileOf } from "./file-of";
 import { Learning } from "./learning";
 import { WhatItDoes } from "./what-it-does";
 
-export interface TemplateEdit {
-  readonly kind: "from-template";
-  readonly parameters: { readonly learned: string; readonly strength: number };
-  readonly accept: string[];
-}
-
 interface Props {
-  readonly room: Room;
+  readonly openCase: OpenCase;
   /** Whether the server's trial of the edit stands on the limb. */
   readonly tried: boolean;
   readonly waits: boolean;
   readonly refused: Refused | null;
   readonly busy: boolean;
-  readonly onTry: (edit: TemplateEdit) => void;
-  readonly onKeep: (edit: TemplateEdit) => void;
+  readonly onTry: (edit: EditBody) => void;
+  readonly onKeep: (edit: EditBody) => void;
   readonly onDrop: () => void;
 }
 
-export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep, onDrop }: Props) {
-  const list = useAsked(() => taken(api.GET("/api/v1/templates", {})), []);
-  const chosen = useSignal("");
-  const strength = useSignal(100);
-  const learned = useRef<{ id: string; text: string } | null>(null);
+export function TemplateEdits({ openCase, tried, waits, refused, busy, onTry, onKeep, onDrop }: Props) {
+  const list = useQuery(() => answerOf(api.GET("/api/v1/templates", {})), []);
   const learning = useSignal(false);
   const notes = useSignal<readonly Schemas["FindingReply"][]>([]);
   const act = useAct();
+  const { id: chosen, strength, edit } = useChosen(act, onTry);
   const input = useRef<HTMLInputElement>(null);
   const all = list.value.value ?? [];
   const one = all.find((k) => k.id === chosen.value) ?? null;
 
-  const edit = async (): Promise<TemplateEdit> => {
-    if (learned.current?.id !== chosen.value)
-      learned.current = { id: chosen.value, text: new TextDecoder().decode((await bytesOf(`/templates/${chosen.value}/file`)).bytes) };
-    return { kind: "from-template", parameters: { learned: learned.current.text, strength: strength.value / 100 }, accept: [] };
+  const leave = () => {
+    chosen.value = "";
+    onDrop();
   };
-  useEffect(() => {
-    if (chosen.value) void act.run(async () => onTry(await edit()));
-  }, [chosen.value, strength.value]);
   const take = (file: File) =>
     act.run(async () => {
-      const response = await fetch(`${ROOT}/templates/file`, {
-        method: "PUT",
-        body: file,
-        headers: { "Content-Type": "application/octet-stream" },
-        credentials: "same-origin",
-      }).catch(() => null);
-      if (!response) throw new Refused("Lost", t("lost"), 0);
-      note(response.status);
-      if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
+      await putFile("/templates/file", file);
       await list.again();
     });
   const remove = () =>
     act.run(async () => {
       await perform("", "delete", "/api/v1/templates/{template_id}", { params: { path: { template_id: chosen.value } } });
-      chosen.value = "";
-      onDrop();
+      leave();
       await list.again();
     });
 
@@ -120,16 +101,9 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
               off={busy || waits ? t("loading") : tried ? null : t("refused.first")}
               onClick={() => void act.run(async () => onKeep(await edit()))}
             >
-              {t("keep.edit")}
+              {t("keep")}
             </Button>
-            <Button
-              onClick={() => {
-                chosen.value = "";
-                onDrop();
-              }}
-            >
-              {t("drop.edit")}
-            </Button>
+            <Button onClick={leave}>{t("drop.edit")}</Button>
           </div>
           <FileOf template={one} onRemove={remove} />
         </>
@@ -145,21 +119,21 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
             type="file"
             tabIndex={-1}
             accept=".json"
-            aria-label={t("template.take")}
+            aria-label={t("take.in.file")}
             onChange={(event) => {
               const file = event.currentTarget.files?.[0];
               if (file) void take(file);
               event.currentTarget.value = "";
             }}
           />
-          <Button onClick={() => input.current?.click()}>{t("template.take")}</Button>
+          <Button onClick={() => input.current?.click()}>{t("take.in.file")}</Button>
         </div>
       )}
       {!one && learning.value && (
         <Learning
-          room={room}
+          openCase={openCase}
           onLearned={(reply) => {
-            list.value.value = reply.templates;
+            list.put(reply.templates);
             notes.value = reply.notes;
             learning.value = false;
           }}
@@ -168,7 +142,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
       {expert.value && notes.value.length > 0 && (
         <ul class="findings small-note soft">
           {notes.value.map((one) => (
-            <li key={said(one)}>{said(one)}</li>
+            <li key={sentences(one)}>{sentences(one)}</li>
           ))}
         </ul>
       )}

@@ -3,7 +3,7 @@ import type { Signal } from "@preact/signals";
 
 import type { Schemas } from "../../api/client";
 import { NumberField } from "../../design/parts";
-import { signed } from "../../geometry/scales";
+import { fixed, signed } from "../../numbers";
 import { t } from "../../texts";
 import { term } from "../../words";
 
@@ -27,7 +27,7 @@ export function WhatItDoes({ template, strength }: Props) {
         onChange={(value) => (strength.value = value)}
       />
       <p class="soft small-note">
-        {t("template.range", signed(template.most_inward_mm), signed(template.most_outward_mm), (100 * template.changed_share).toFixed(0))}
+        {t("template.range", signed(template.most_inward_mm), signed(template.most_outward_mm), fixed(100 * template.changed_share, 0))}
       </p>
       {template.places.length > 0 && (
         <table class="kv">

@@ -19,7 +19,7 @@ export function brushTool(now: () => Workspace): Tool {
     if (!v) return;
     const outline = outlineOf(stroke, drawing.size.value / v.mmPerPixel());
     const hits = outline.map(([x, y]) => v.hitAt(x, y)).filter((hit): hit is Hit => hit !== null);
-    if (hits.length < LEAST_OUTLINE) return;
+    if (hits.length < LEAST_OUTLINE) return drawing.clear();
     openRegion(now(), hits, (reach_mm) => Math.max(1, Math.min(drawing.soft.value, reach_mm)));
   };
   const pressed = ({ hit }: Touch) => {

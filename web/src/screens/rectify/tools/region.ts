@@ -26,9 +26,7 @@ export function regionTool(now: () => Workspace): Tool {
     const { corners, line } = now().drawing;
     const [first, , third] = corners.current;
     if (third && Math.hypot(first.x - touch.x, first.y - touch.y) < CLOSE_PX) {
-      const round = corners.current;
-      corners.current = [];
-      close(round);
+      close(corners.current);
     } else {
       corners.current = [...corners.current, touch];
       line.value = corners.current.map((one) => one.point);
@@ -43,7 +41,7 @@ export function openRegion({ viewer, base, drawing, edit }: Workspace, round: re
   const surface = viewer.current?.surface;
   const middle = surface && base.data ? middleOf(within, base.data.positions) : null;
   if (!surface || !middle) {
-    drawing.line.value = [];
+    drawing.clear();
     return;
   }
   const { seed, anchor, reach_mm } = middle;

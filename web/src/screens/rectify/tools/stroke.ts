@@ -28,7 +28,8 @@ export function strokeTool(now: () => Workspace, drawn: (touches: readonly Touch
     },
     cancel() {
       way = [];
-      now().drawing.line.value = [];
+      const { line, corners } = now().drawing;
+      line.value = corners.current.map((one) => one.point);
     },
   };
 }

@@ -4,30 +4,37 @@ import type { Workspace } from "../workspace";
 import type { Touch } from "../drawing";
 import { LEAST_TRIM } from "../trimline";
 
+/** A hand that moved less pressed a point; it did not drag it. */
+const STILL_PX = 4;
+
 export function trimlineTool(now: () => Workspace): Tool {
   let pressed: Touch | null = null;
-  /** Which point is dragged. */
-  let dragged: number | null = null;
+  /** Which point was taken, and whether it was dragged. */
+  let taken: number | null = null;
+  let dragged = false;
   return {
     press(hit, event) {
       pressed = { point: hit.point, x: event.clientX, y: event.clientY, hit };
-      dragged = now().trimline.knotAt(event);
+      taken = now().trimline.knotAt(event);
+      dragged = false;
       return true;
     },
-    slide(hit) {
+    slide(hit, event) {
+      if (!hit || !pressed || taken === null) return;
+      dragged ||= Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) >= STILL_PX;
       const { points } = now().trimline;
-      if (hit && dragged !== null) points.value = points.value.map((p, i) => (i === dragged ? hit.point : p));
+      if (dragged) points.value = points.value.map((p, i) => (i === taken ? hit.point : p));
     },
     release() {
       if (!pressed) return;
       const { points, closed, add } = now().trimline;
-      if (dragged === 0 && points.value.length >= LEAST_TRIM) closed.value = true;
-      else if (dragged === null) add(pressed.point, [pressed.x, pressed.y]);
-      dragged = null;
+      if (taken === null) add(pressed.point, [pressed.x, pressed.y]);
+      else if (taken === 0 && !dragged && points.value.length >= LEAST_TRIM) closed.value = true;
+      taken = null;
     },
     cancel() {
       pressed = null;
-      dragged = null;
+      taken = null;
       now().drawing.line.value = [];
     },
   };

@@ -7,7 +7,7 @@ import { miss } from "./acts";
 
 const RETRY_MS = 2000;
 
-export interface Asked<T> {
+export interface Query<T> {
   readonly value: Signal<T | null>;
   readonly refused: Signal<Refused | null>;
   readonly busy: Signal<boolean>;
@@ -19,7 +19,7 @@ export interface Asked<T> {
 }
 
 /** Ask now and whenever one of `on` changes; an answer that was overtaken is passed over, one that was lost asked for again. */
-export function useAsked<T>(ask: () => Promise<T>, on: readonly unknown[]): Asked<T> {
+export function useQuery<T>(ask: () => Promise<T>, on: readonly unknown[]): Query<T> {
   const asked = useMemo(() => {
     const value = signal<T | null>(null);
     const refused = signal<Refused | null>(null);

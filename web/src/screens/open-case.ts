@@ -1,14 +1,14 @@
-/** What every screen of a case is given. */
+/** The case that is open, as each of its screens is given it. */
 import type { Schemas } from "../api/client";
 
-export interface Room {
+export interface OpenCase {
   readonly id: string;
   readonly info: Schemas["Case"];
   /** How often each subject changed since the page was opened: photos, check, job, work, case. */
-  readonly news: Readonly<Record<string, number>>;
+  readonly changes: Readonly<Record<string, number>>;
   readonly again: () => Promise<void>;
 }
 
-export interface RoomProps {
-  readonly room: Room;
+export interface CaseProps {
+  readonly openCase: OpenCase;
 }

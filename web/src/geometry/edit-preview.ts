@@ -3,12 +3,15 @@
  *
  * In      the mesh, its normals, a place or a drawn region, depth, soft edge.
  * Out     how far each vertex near it moves along its normal: share of the depth, 0 to 1.
- * Method  distance over the surface by Dijkstra along edges from the place, or from the region's
- *         outline inwards; the share fades as the library's edit does: level at both ends.
+ * Method  distance from the place over the surface, by Dijkstra along edges, or straight to the
+ *         region's outline; the share fades as the library's edit does: level at both ends.
  *
  * The server replays the recipe and is the truth; this only follows the hand until it answers.
  */
-import { type Vec3, cross, dot, length, sub, triple } from "./vectors";
+import { type Vec3, add, cross, distance, dot, length, sub, triple, unit } from "./vectors";
+
+/** A region of more vertices is not previewed: the server tries it. */
+const MOST_INSIDE = 60_000;
 
 /** From 1 at 0 to 0 at 1, level and without bend at both ends. */
 export function fading(share: number): number {
@@ -45,7 +48,7 @@ export interface Shares {
 
 export function sharesAtPlace(positions: Float32Array, near: Neighbours, seed: number, place: Vec3, flat_mm: number, falloff_mm: number): Shares {
   const reach = flat_mm + falloff_mm;
-  const found = spread(positions, near, new Map([[seed, gap(positions, seed, place)]]), reach, () => true);
+  const found = spread(positions, near, new Map([[seed, distance(triple(positions, seed), place)]]), reach);
   return shared(found, (d) => fading((d - flat_mm) / falloff_mm));
 }
 
@@ -59,28 +62,18 @@ export function sharesInRegion(positions: Float32Array, near: Neighbours, line: 
   const rim = ring(line);
   const inside = new Set<number>([seed]);
   const queue = [seed];
-  const away = new Map<number, number>();
-  const distanceTo = (v: number) => {
-    let d = away.get(v);
-    if (d === undefined) {
-      d = rim.distance([positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]]);
-      away.set(v, d);
-    }
-    return d;
-  };
-  const limit = 60_000;
-  while (queue.length && inside.size < limit) {
+  while (queue.length && inside.size < MOST_INSIDE) {
     const v = queue.pop() as number;
     for (let k = near.start[v]; k < near.start[v + 1]; k++) {
       const w = near.next[k];
-      if (inside.has(w) || rim.crossed(positions, v, w)) continue;
+      if (inside.has(w) || !rim.isInside(triple(positions, w))) continue;
       inside.add(w);
       queue.push(w);
     }
   }
-  if (inside.size >= limit) return { vertices: new Uint32Array(), shares: new Float32Array() };
+  if (inside.size >= MOST_INSIDE) return { vertices: new Uint32Array(), shares: new Float32Array() };
   const found = new Map<number, number>();
-  for (const v of inside) found.set(v, distanceTo(v));
+  for (const v of inside) found.set(v, rim.distance(triple(positions, v)));
   return shared(found, (d) => 1 - fading(d / falloff_mm));
 }
 
@@ -119,22 +112,19 @@ export function areaOf(positions: Float32Array, indices: Uint32Array, { vertices
   return sum;
 }
 
-/** Distance and crossing of a closed line that lies on a surface. */
+/** A closed line that lies on a surface: what is inside it, and how far something is from it. */
 export function ring(line: readonly Vec3[]) {
   const count = line.length;
   const centre = line.reduce<Vec3>((s, p) => [s[0] + p[0] / count, s[1] + p[1] / count, s[2] + p[2] / count], [0, 0, 0]);
   // Newell's normal of the line: the plane on which inside and outside are told apart.
   let normal: Vec3 = [0, 0, 0];
   for (let i = 0; i < count; i++) {
-    const a = sub(line[i], centre);
-    const b = sub(line[(i + 1) % count], centre);
-    normal = [normal[0] + a[1] * b[2] - a[2] * b[1], normal[1] + a[2] * b[0] - a[0] * b[2], normal[2] + a[0] * b[1] - a[1] * b[0]];
+    normal = add(normal, cross(sub(line[i], centre), sub(line[(i + 1) % count], centre)));
   }
-  const size = Math.hypot(...normal) || 1;
-  normal = [normal[0] / size, normal[1] / size, normal[2] / size];
+  normal = unit(normal);
   const helper: Vec3 = Math.abs(normal[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
-  const ux: Vec3 = crossUnit(helper, normal);
-  const uy: Vec3 = crossUnit(normal, ux);
+  const ux = unit(cross(helper, normal));
+  const uy = cross(normal, ux);
   const flat = line.map((p) => {
     const d = sub(p, centre);
     return [dot(d, ux), dot(d, uy)] as const;
@@ -155,9 +145,7 @@ export function ring(line: readonly Vec3[]) {
   };
   return {
     centre,
-    normal,
     isInside,
-    crossed: (positions: Float32Array, _from: number, to: number) => !isInside([positions[3 * to], positions[3 * to + 1], positions[3 * to + 2]]),
     distance: (p: Vec3) => {
       let best = Infinity;
       for (let i = 0; i < count; i++) best = Math.min(best, toSegment(p, line[i], line[(i + 1) % count]));
@@ -166,20 +154,12 @@ export function ring(line: readonly Vec3[]) {
   };
 }
 
-const crossUnit = (a: Vec3, b: Vec3): Vec3 => {
-  const c: Vec3 = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-  const size = Math.hypot(...c) || 1;
-  return [c[0] / size, c[1] / size, c[2] / size];
-};
-
 function toSegment(p: Vec3, a: Vec3, b: Vec3): number {
   const ab = sub(b, a);
   const ap = sub(p, a);
   const s = Math.min(1, Math.max(0, dot(ap, ab) / (dot(ab, ab) || 1)));
   return Math.hypot(ap[0] - s * ab[0], ap[1] - s * ab[1], ap[2] - s * ab[2]);
 }
-
-const gap = (positions: Float32Array, v: number, p: Vec3) => Math.hypot(positions[3 * v] - p[0], positions[3 * v + 1] - p[1], positions[3 * v + 2] - p[2]);
 
 function shared(found: Map<number, number>, share: (distance: number) => number): Shares {
   const vertices: number[] = [];
@@ -195,7 +175,7 @@ function shared(found: Map<number, number>, share: (distance: number) => number)
 }
 
 /** Shortest ways along edges from some vertices, up to a reach. A binary heap of pairs. */
-function spread(positions: Float32Array, near: Neighbours, from: Map<number, number>, reach: number, may: (v: number) => boolean): Map<number, number> {
+function spread(positions: Float32Array, near: Neighbours, from: Map<number, number>, reach: number): Map<number, number> {
   const done = new Map<number, number>();
   const heap: [number, number][] = [];
   const push = (d: number, v: number) => {
@@ -230,7 +210,7 @@ function spread(positions: Float32Array, near: Neighbours, from: Map<number, num
     done.set(v, d);
     for (let k = near.start[v]; k < near.start[v + 1]; k++) {
       const w = near.next[k];
-      if (done.has(w) || !may(w)) continue;
+      if (done.has(w)) continue;
       const step = Math.hypot(positions[3 * v] - positions[3 * w], positions[3 * v + 1] - positions[3 * w + 1], positions[3 * v + 2] - positions[3 * w + 2]);
       if (d + step <= reach) push(d + step, w);
     }

@@ -5,7 +5,7 @@ import type { Schemas } from "../api/client";
 import type { Blocks } from "../api/blocks";
 import { t } from "../texts";
 
-export function Dots({ cameras, cloud }: { cameras: readonly Schemas["Camera"][]; cloud: Blocks | null }) {
+export function PointCloud({ cameras, cloud }: { cameras: readonly Schemas["Camera"][]; cloud: Blocks | null }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const turn = useRef({ yaw: 0.6, pitch: 0.35 });
   useEffect(() => {

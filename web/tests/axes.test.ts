@@ -1,0 +1,38 @@
+import { signal } from "@preact/signals";
+import { beforeEach, expect, test, vi } from "vitest";
+
+import { json, stubBrowser } from "./browser";
+import { running } from "./hook";
+
+beforeEach(() => {
+  stubBrowser();
+  vi.stubGlobal("fetch", async () => json({ aligned: true, places: [] }));
+  vi.resetModules();
+});
+
+test("axes that were set by the way somebody looked are set: the next thing is to measure", async () => {
+  const { useAxes } = await import("../src/screens/align/axes");
+  const nothing = async () => {};
+  const subject = {
+    openCase: { id: "K7Q-4F2", again: nothing },
+    limb: null,
+    aligned: true,
+    kind: "transtibial",
+    side: "left",
+    saved: signal(""),
+    act: { run: async (act: () => Promise<void>) => await act() },
+    asked: { again: nothing, askedSince: () => false },
+    take: () => {},
+  };
+  const made = await running(() => useAxes(subject as never, { places: [], known: [] } as never));
+  expect(made.now.chosenAnew).toBe(false);
+  made.now.front.value = [0, 1, 0];
+  await made.rest();
+  expect(made.now.chosenAnew).toBe(true);
+  made.now.set();
+  await made.rest();
+  expect(made.now.chosenAnew).toBe(false);
+  made.now.front.value = null;
+  await made.rest();
+  expect(made.now.chosenAnew).toBe(true);
+});
