@@ -37,19 +37,19 @@ _SIGN_IN_PATH = "/api/v1/session/sign-in"
 _LOCKED_PATHS = ("/api/v1/session/unlock", _SIGN_IN_PATH, *_OPEN_PATHS)
 """Routes that answer in a session that is locked."""
 _SESSION_S = 12 * 3600.0
-"""Without a request for so long, a session ends."""
+"""A session without a request for this long ends."""
 _LINK_S = 15 * 60.0
-"""A start link is good for so long."""
-_MOST_BYTES = 8_000_000
-"""Of a request that is no file; files have limits of their own (`cases.intake`)."""
+"""Validity of a start link."""
+_MOST_BODY_BYTES = 8_000_000
+"""Of a request that is no upload; uploads have limits of their own (`cases.uploads`)."""
 _SILENCE_S = 60.0
-"""A request of which nothing comes for so long is given up."""
+"""A request is given up after this time without a byte."""
 _SLOWEST_BYTES_S = 10_000.0
-"""And so is one that is waited for longer in all, unless it comes at this pace: a tenth of what a
-telephone's connection brings on a bad day."""
+"""A request that comes slower than this in all is given up, too: a tenth of a phone's connection on
+a bad day."""
 _MOST_SESSIONS = 500
-"""At a time; beyond, the one that was used longest ago ends."""
-_LEAVING = frozenset(
+"""At a time; then the one that was used longest ago ends."""
+_LOGGED_READS = frozenset(
     {
         "read_export",
         "read_recipe_file",
@@ -60,14 +60,13 @@ _LEAVING = frozenset(
         "read_camera_file",
     }
 )
-"""Routes by which something leaves as a file or a page."""
-_QUIET = frozenset(
+"""GET routes that are logged: a file or a page leaves by them."""
+_UNLOGGED_POSTS = frozenset(
     {"stay", "preview", "ask_point", "measure", "compare_with", "read_compared", "ask_check"}
 )
-"""Routes that ask, though they are no GET."""
-_PIECE = re.compile(r"bytes \d{1,15}-(\d{1,15})/(\d{1,15})")
-FILES = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
-"""Paths of files, which come as they are and may be larger than the memory."""
+"""POST routes that change nothing, and are not logged."""
+_CONTENT_RANGE = re.compile(r"bytes \d{1,15}-(\d{1,15})/(\d{1,15})")
+_UPLOAD_PATH = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
     "img-src 'self' data: blob:; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
@@ -96,39 +95,46 @@ SessionState = Literal["none", "open", "locked"]
 
 
 class People(Protocol):
-    """Who may sign in by name and password (`users`)."""
+    """The users, who sign in by name and password (`users`)."""
 
     def is_right(self, name: str, password: str) -> bool: ...
 
     def known_as(self, name: str) -> str:
-        """The name as it was given here, whatever its capitals; empty where nobody has it."""
+        """The user's name as registered, whatever the case of its letters; empty if unknown."""
         ...
 
     def stamp(self, name: str) -> str:
-        """Another one after the password was changed; empty where nobody has the name."""
+        """A stamp that changes with the password; empty if the name is unknown."""
         ...
 
 
 class Diary(Protocol):
-    """Where is written who did what (`journal`)."""
+    """The access log (`journal`)."""
 
     def write(self, who: str, address: str, act: str, case: str = "", status: int = 0) -> None: ...
 
 
 @dataclass
 class Signed:
-    """One browser or program that is signed in."""
+    """A session: one browser or program that is signed in."""
 
     who: str
     """The user; empty: whoever opened the start link on this machine."""
     good: "Good"
-    """Whether somebody still vouches for it."""
+    """Whether its user may still work: not removed, password unchanged."""
     asked: float
-    """When the last request came."""
+    """Time of the last request."""
     acted: float
-    """When somebody did something last: looking on by itself, as pages do, is no act."""
+    """Time of the last act of the user; what a page asks by itself is no act."""
     opened: set[str] = field(default_factory=set[str])
-    """Cases that were looked at, each written down once."""
+    """Cases that were opened: the log has the first time alone."""
+
+
+@dataclass(frozen=True)
+class _StartLink:
+    made: float
+    who: str
+    good: Good | None
 
 
 @dataclass
@@ -136,30 +142,25 @@ class Access:
     """Sessions and start links of one server; nothing of it outlives the server."""
 
     hosts: frozenset[str]
-    """What the header Host may say, with the port."""
+    """Values that the header Host may have, with the port."""
     scheme: str = "http"
     clock: Callable[[], float] = time.monotonic
     people: People | None = None
     """On a network: who may sign in."""
     lock_after_s: float | None = None
-    """A session in which nobody did anything for so long is locked; None: never."""
+    """Time without an act after which a session is locked; None: never."""
     attempts: Attempts = field(default_factory=Attempts)
-    _links: "dict[str, tuple[float, str, Good | None]]" = field(
-        default_factory=lambda: dict[str, tuple[float, str, Good | None]]()
-    )
+    _links: dict[str, "_StartLink"] = field(default_factory=dict[str, "_StartLink"])
     _sessions: dict[str, Signed] = field(default_factory=dict[str, Signed])
 
     @property
     def cookie(self) -> str:
-        """Name of its cookie. A browser sends those of all ports of a machine to each of them."""
+        """Name of the cookie, with the port: browsers send a machine's cookies to all its ports."""
         ports = sorted({host.rpartition(":")[2] for host in self.hosts if ":" in host})
         return "_".join([COOKIE, *ports[:1]])
 
     def vouched(self, who: str) -> Good:
-        """Says, whenever it is asked, whether a user is still who they are now.
-
-        One who was removed, or whose password was changed, is not.
-        """
+        """A check whether a user still exists, with the password of now."""
         people = self.people
         if people is None:
             return lambda: True
@@ -170,36 +171,37 @@ class Access:
         """A token for a start link; who opens it works under that name.
 
         Args:
-            good: Whether somebody vouches for it, who is no user here; None: the user themselves.
+            good: Checks whether the session may go on; None: whether the user still exists.
         """
         self._forget_old()
         token = secrets.token_urlsafe(32)
-        self._links[token] = self.clock(), who, good
+        self._links[token] = _StartLink(self.clock(), who, good)
         return token
 
     def open_session(self, token: str) -> str | None:
-        """The cookie's value for a token, which is good no more; None for any other text."""
+        """The cookie of a new session for a token, which is used up; None for an unknown token."""
         self._forget_old()
-        known = next((one for one in self._links if _same(one, token)), None)
+        known = next((one for one in list(self._links) if _same(one, token)), None)
         if known is None:
             return None
-        _, who, good = self._links.pop(known)
-        return self.begin(who, good)
+        link = self._links.pop(known, None)  # None where another request opened it just now
+        return None if link is None else self.begin(link.who, link.good)
 
     def begin(self, who: str, good: Good | None = None) -> str:
         """The cookie's value of a new session."""
         session, now = secrets.token_urlsafe(32), self.clock()
         good = good or self.vouched(who)
         self._sessions[session] = Signed(who=who, good=good, asked=now, acted=now)
-        while len(self._sessions) > _MOST_SESSIONS:
-            del self._sessions[min(self._sessions, key=lambda one: self._sessions[one].asked)]
+        oldest_first = sorted(self._sessions.items(), key=lambda one: one[1].asked)
+        for key, _ in oldest_first[:-_MOST_SESSIONS]:
+            self._sessions.pop(key, None)
         return session
 
     def close_session(self, session: str) -> None:
         self._sessions.pop(session, None)
 
     def is_open(self, session: str) -> bool:
-        """Whether a cookie is that of a session that is not locked; it lives on from now."""
+        """Whether a cookie belongs to a session that is not locked; counts as a request."""
         signed = self.signed(session)
         if signed is None:
             return False
@@ -207,7 +209,7 @@ class Access:
         return self.state(session) == "open"
 
     def state(self, session: str) -> SessionState:
-        """How a session stands; asking does not keep it alive."""
+        """The state of a session; asking does not count as a request."""
         signed = self.signed(session)
         if signed is None:
             return "none"
@@ -215,34 +217,35 @@ class Access:
         return "locked" if idle else "open"
 
     def signed(self, session: str) -> Signed | None:
-        """Who a cookie belongs to; None where it is none, or its user is no more."""
+        """The session of a cookie; None if it is unknown, or its user was removed."""
         self._forget_old()
-        known = next((one for one in self._sessions if _same(one, session)), None)
+        sessions = list(self._sessions.items())  # routes in other threads sign in and out
+        known = next(((one, signed) for one, signed in sessions if _same(one, session)), None)
         if known is None:
             return None
-        signed = self._sessions[known]
+        key, signed = known
         if not signed.good():
-            self._sessions.pop(known, None)
+            self._sessions.pop(key, None)
             return None
         return signed
 
     def act(self, session: str) -> None:
-        """Somebody did something: it is not locked for a while."""
+        """Note an act of the user, which postpones the lock."""
         signed = self.signed(session)
         if signed is not None:
             signed.acted = self.clock()
 
     def lock(self, session: str) -> None:
-        """Lock it at once, as it would after a while."""
+        """Lock a session at once."""
         signed = self.signed(session)
         if signed is not None and self.lock_after_s is not None:
             signed.acted = self.clock() - self.lock_after_s
 
     def fault(self, headers: dict[str, str], *, navigating: bool) -> Finding | None:
-        """Why a request is refused for where it comes from; None where it is not.
+        """The refusal of a request that comes from another site; None if it does not.
 
         Args:
-            navigating: A page is asked for, which a link elsewhere may lead to.
+            navigating: The request is for a page, to which another site may link.
         """
         if headers.get("host", "").lower() not in self.hosts:
             return fault("app.other_machine")
@@ -260,22 +263,24 @@ class Access:
 
     def _forget_old(self) -> None:
         now = self.clock()
-        for one in [one for one, (at, _, _) in self._links.items() if now - at >= _LINK_S]:
-            self._links.pop(one, None)
-        for one in [one for one, at in self._sessions.items() if now - at.asked >= _SESSION_S]:
-            self._sessions.pop(one, None)
+        for token, link in list(self._links.items()):
+            if now - link.made >= _LINK_S:
+                self._links.pop(token, None)
+        for session, signed in list(self._sessions.items()):
+            if now - signed.asked >= _SESSION_S:
+                self._sessions.pop(session, None)
 
 
 @dataclass(frozen=True)
 class Guard:
-    """Stands before all routes."""
+    """ASGI middleware that checks every request before the routes."""
 
     inner: Asgi
     access: Access
     allows: Callable[[str, str], bool] = lambda _method, _path: True
-    """Of a method and a path, whether this door answers it at all."""
+    """Whether this port answers a method and path at all."""
     diary: Diary | None = None
-    """Where acts are written down."""
+    """The log of acts."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -290,6 +295,7 @@ class Guard:
         }
         path = str(scope["path"])
         in_api = path.startswith("/api/")
+        is_file = is_upload(scope)
         elsewhere = self.access.fault(headers, navigating=not in_api and scope["method"] == "GET")
         session = session_in(headers.get("cookie", ""), self.access.cookie)
         if elsewhere is not None:
@@ -302,7 +308,7 @@ class Guard:
             await refused(401, "NoSession", self._how_to_sign_in)(scope, receive, _guarded(send))
         elif in_api and path not in _LOCKED_PATHS and not self.access.is_open(session):
             await refused(423, "Locked", fault("app.locked"))(scope, receive, _guarded(send))
-        elif not FILES.fullmatch(path) and _length(headers) > _MOST_BYTES:
+        elif not is_file and _length(headers) > _MOST_BODY_BYTES:
             await refused(413, "TooLarge", fault("app.request_too_large"))(
                 scope, receive, _guarded(send)
             )
@@ -310,8 +316,8 @@ class Guard:
             if in_api and scope["method"] not in ("GET", "HEAD") and path not in _LOCKED_PATHS:
                 self.access.act(session)
             if scope["method"] not in ("GET", "HEAD"):
-                receive = _bounded(receive, None if FILES.fullmatch(path) else _MOST_BYTES)
-            answering = self._written(scope, headers, session, _guarded(send))
+                receive = _bounded(receive, None if is_file else _MOST_BODY_BYTES)
+            answering = self._logged(scope, headers, session, _guarded(send))
             await self.inner(scope, receive, answering)
 
     def _is_for_all(self, path: str) -> bool:
@@ -323,8 +329,8 @@ class Guard:
             return fault("app.not_signed_in")
         return fault("app.not_opened")
 
-    def _written(self, scope: Scope, headers: dict[str, str], session: str, send: Send) -> Send:
-        """Write an act down before it is answered; without its line no act is confirmed."""
+    def _logged(self, scope: Scope, headers: dict[str, str], session: str, send: Send) -> Send:
+        """Log an act before its answer is sent; if that fails, a refusal is sent instead."""
         diary, access = self.diary, self.access
         if diary is None or not str(scope["path"]).startswith("/api/"):
             return send
@@ -336,7 +342,7 @@ class Guard:
             if in_place:
                 return
             if message["type"] == "http.response.start":
-                line = _line_of(scope, headers, signed, int(message["status"]))
+                line = _log_entry(scope, headers, signed, int(message["status"]))
                 if line is not None:
                     try:
                         await asyncio.to_thread(diary.write, *line)
@@ -351,6 +357,11 @@ class Guard:
         return send_written
 
 
+def is_upload(scope: Scope) -> bool:
+    """Whether a request sends a file, which may be larger than the memory."""
+    return scope["method"] == "PUT" and _UPLOAD_PATH.fullmatch(str(scope["path"])) is not None
+
+
 def session_in(cookies: str, name: str) -> str:
     """The session in the header Cookie; empty where there is none of that name."""
     try:
@@ -362,11 +373,11 @@ def session_in(cookies: str, name: str) -> str:
 
 def _length(headers: dict[str, str]) -> int:
     told = headers.get("content-length", "0")
-    return int(told) if told.isdecimal() and len(told) < 16 else _MOST_BYTES + 1
+    return int(told) if told.isdecimal() and len(told) < 16 else _MOST_BODY_BYTES + 1
 
 
 def _bounded(receive: Receive, most: int | None) -> Receive:
-    """A request is cut off where it becomes too long without saying so, or comes too slowly."""
+    """Cut a request off that exceeds its announced length, or comes too slowly."""
     came = 0
     waited_s = 0.0
     whole = False
@@ -394,12 +405,12 @@ async def _nothing() -> Message:
     return {"type": "http.disconnect"}
 
 
-def _line_of(
+def _log_entry(
     scope: Scope, headers: dict[str, str], signed: Signed | None, status: int
 ) -> tuple[str, str, str, str, int] | None:
-    """What is written down of a request: who, from where, what, of which case, how it ended.
+    """The log entry of a request: user, address, act, case, status; None if it is not logged.
 
-    Looking on is not written down, but the first look at a case and all that leaves as a file.
+    Reads are not logged, except the first read of a case and all files that leave.
     """
     route = scope.get("route")
     act = str(getattr(route, "name", "")) or "unknown"
@@ -409,22 +420,22 @@ def _line_of(
     if scope["method"] in ("GET", "HEAD"):
         if act == "read_case" and signed is not None and case not in signed.opened:
             signed.opened.add(case)
-        elif act not in _LEAVING:
+        elif act not in _LOGGED_READS:
             return None
-    elif act in _QUIET or _goes_on(headers):
+    elif act in _UNLOGGED_POSTS or _has_more_pieces(headers):
         return None
     client = scope.get("client")
     return str(state.get("who", who)), client[0] if client else "", act, case, status
 
 
-def _goes_on(headers: dict[str, str]) -> bool:
-    """Whether it is a piece of a file of which more comes: the last one stands for all."""
-    found = _PIECE.fullmatch(headers.get("content-range", "").strip())
+def _has_more_pieces(headers: dict[str, str]) -> bool:
+    """Whether more pieces of a file follow: only the last one is logged."""
+    found = _CONTENT_RANGE.fullmatch(headers.get("content-range", "").strip())
     return found is not None and int(found[1]) + 1 < int(found[2])
 
 
 def _guarded(send: Send) -> Send:
-    """Every answer says what a page may do; a route that says so itself is believed."""
+    """Add the security headers to an answer, unless its route set them."""
 
     async def send_guarded(message: Message) -> None:
         if message["type"] == "http.response.start":

@@ -1,8 +1,7 @@
-"""App wording: what the library says, as the app answers it.
+"""App wording: findings and sentences of the library, worded for the app's answers.
 
-Advice has words of its own for the app, steps and buttons in place of commands and options
-(`findings`). Nobody before the app need know where the server keeps its files: of their paths the
-names alone are told.
+Advice has a wording of its own for the app, with steps and buttons instead of commands and options
+(`findings`). Paths on the server are reduced to file names.
 """
 
 import re
@@ -23,7 +22,7 @@ _PATH = re.compile(r"(?<![\w:/.<])(?:/[^\s/:;,'\"`()<>]+){2,}|(?<!\w)[A-Za-z]:\\
 
 
 def plain_answers(shelf: Shelf) -> type[JSONResponse]:
-    """JSON whose sentences name no folder of the machine, nor that of the cases."""
+    """JSON answers whose sentences name no folder of the server."""
 
     class PlainAnswer(JSONResponse):
         def render(self, content: Any) -> bytes:
@@ -33,13 +32,13 @@ def plain_answers(shelf: Shelf) -> type[JSONResponse]:
 
 
 def finding_for_app(finding: Finding, root: Path | None = None) -> dict[str, Any]:
-    """A finding as the app answers it: without folders of the machine, advice in its words."""
+    """A finding as the app answers it: without folders of the server, with the app's advice."""
     shown = finding.with_texts(lambda text: printable(without_folders(text, root)))
     return {**shown.tree(), "sentence": told(shown, door="app")}
 
 
 def without_folders(text: str, root: Path | None = None) -> str:
-    """A text with the names of files alone in the place of their paths."""
+    """A text with paths reduced to file names."""
     if root is not None:
         text = text.replace(f"{root}/", "").replace(str(root), root.name)
     return _PATH.sub(lambda found: re.split(r"[/\\]", found[0])[-1], text)

@@ -1,5 +1,6 @@
 """Cameras: calibrations that the clinic keeps, made of board photos, with age and certificate."""
 
+import math
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
@@ -70,7 +71,7 @@ def list_cameras(app_state: AppStateHere) -> list[CameraReply]:
 @router.post("/cameras", status_code=201)
 def new_camera(app_state: AppStateHere, given: NewCamera) -> CameraReply:
     """Begin a camera; then send photos of the board, or a camera file."""
-    return _told(app_state, _cameras(app_state).new_camera(given.name))
+    return _changed_reply(app_state, _cameras(app_state).new_camera(given.name))
 
 
 @router.get("/cameras/{camera_id}")
@@ -84,7 +85,7 @@ def rename_camera(app_state: AppStateHere, camera_id: CameraId, given: NewCamera
     """Call a camera something else."""
     camera = _cameras(app_state).camera(camera_id)
     camera.relabel(otherwise(camera.label, name=given.name))
-    return _told(app_state, camera)
+    return _changed_reply(app_state, camera)
 
 
 @router.delete("/cameras/{camera_id}", status_code=204)
@@ -163,7 +164,7 @@ def take_camera_file(
     """Take a camera file that `limbgram calibrate` wrote."""
     camera = _cameras(app_state).camera(camera_id)
     camera.take_file(content)
-    return _told(app_state, camera)
+    return _changed_reply(app_state, camera)
 
 
 @router.get("/cameras/{camera_id}/file", response_class=FileResponse)
@@ -185,7 +186,7 @@ def read_certificate(app_state: AppStateHere, camera_id: CameraId) -> FileRespon
 
 
 def camera_files(app_state: AppState, ids: Sequence[str]) -> tuple[FilePath, ...]:
-    """Files of cameras that a request names.
+    """The camera files of cameras that a request names.
 
     Raises:
         CaseError: one is not calibrated.
@@ -203,7 +204,7 @@ def _cameras(app_state: AppState) -> Cameras:
     return Cameras(app_state.shelf.cameras)
 
 
-def _told(app_state: AppState, camera: KeptCamera) -> CameraReply:
+def _changed_reply(app_state: AppState, camera: KeptCamera) -> CameraReply:
     app_state.news.tell("cameras", camera.camera_id)
     return _reply(app_state, camera)
 
@@ -213,16 +214,17 @@ def _reply(app_state: AppState, camera: KeptCamera) -> CameraReply:
         label, lens = camera.label, camera.calibration()
     except CaseError as error:  # it hides none of the others
         name = camera.camera_id
-        why = _worded(app_state, error.finding)
+        why = _finding_fields(app_state, error.finding)
         return CameraReply(id=name, name=name, state="refused", photos=0, **why)
     age = None
     if label.calibrated:
         age = (datetime.now(UTC) - datetime.fromisoformat(label.calibrated)).days
-    shown = camera.certificate.is_file()
+    has_certificate = camera.certificate.is_file()
     if camera.camera_id in app_state.calibrations:
         label = label.as_calibrating
-    elif label.state == "calibrating" and not app_state.sampling.locked():  # a sample has its own
-        label = camera.interrupted  # by a full disk, say, that did not take the end either
+    elif label.state == "calibrating" and not app_state.sampling.locked():
+        # No thread calibrates it: its end could not be written, on a full disk, say.
+        label = camera.interrupted
     return CameraReply(
         id=camera.camera_id,
         name=label.name,
@@ -235,12 +237,12 @@ def _reply(app_state: AppState, camera: KeptCamera) -> CameraReply:
         focal_mm=None if lens is None else lens.focal_mm,
         width_px=0 if lens is None else lens.camera.width_px,
         height_px=0 if lens is None else lens.camera.height_px,
-        rms_px=None if lens is None else lens.rms_px,
-        certificate=f"/api/v1/cameras/{camera.camera_id}/certificate" if shown else None,
-        **({} if label.told is None else _worded(app_state, label.told)),
+        rms_px=None if lens is None or math.isnan(lens.rms_px) else lens.rms_px,
+        certificate=f"/api/v1/cameras/{camera.camera_id}/certificate" if has_certificate else None,
+        **({} if label.told is None else _finding_fields(app_state, label.told)),
     )
 
 
-def _worded(app_state: AppState, finding: Finding) -> dict[str, Any]:
+def _finding_fields(app_state: AppState, finding: Finding) -> dict[str, Any]:
     found = FindingReply.of(finding, app_state.shelf.root)
     return {"message": found.sentence, "finding": found}

@@ -16,7 +16,7 @@ from limbgram.app.replies import PICTURE, FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, CaseHere, WorkspaceHere
 from limbgram.app.thumbnails import thumbnail_of
 from limbgram.cases.case_record import read_verdict, set_aside
-from limbgram.cases.job_queue import JobFile, job_file, read_job_file
+from limbgram.cases.job_queue import JobFile, read_job_file
 from limbgram.cases.overview import Overview
 from limbgram.cases.sample import begin_sample, fill_sample
 from limbgram.cases.shelf import Holding, Label, ShelvedCase, last_change
@@ -298,7 +298,7 @@ def _read_all(workspace: Workspace) -> _Kept:
     readers: dict[FilePath, Callable[[], object]] = {
         case.label_file: lambda: case.label,
         case.folder.record: lambda: read_verdict(case.folder),
-        job_file(case.folder): lambda: read_job_file(case.folder),
+        case.folder.job_file: lambda: read_job_file(case.folder),
         workspace.tape_file: workspace.tape,
         workspace.recipe_file: workspace.require_recipe,
     }
@@ -324,7 +324,7 @@ def case_reply(app_state: AppState, case: ShelvedCase) -> Case:
     hidden = {workspace.tape_file, workspace.limb_file} & kept.faults.keys()
     progress = workspace.progress() if workspace.has_scan() and not hidden else None
     running = app_state.runner.running(case.folder)
-    job = running.file if running else cast(JobFile | None, kept.values.get(job_file(case.folder)))
+    job = running.file if running else cast(JobFile | None, kept.values.get(case.folder.job_file))
     state: State = "finished" if verdict is not None else "photos" if photos else "empty"
     why: Finding | None = None
     if running is not None and running.active:

@@ -89,7 +89,7 @@ async def put_shape(
     suffix = f".{name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
         raise OptionsError("compare.file.kind", name=name)
-    workspace.made(workspace.shapes)
+    workspace.make_folder(workspace.shapes)
     beside, size = workspace.shapes / f".{secrets.token_hex(4)}{suffix}", 0
     try:
         with beside.open("xb") as stream:

@@ -1,7 +1,7 @@
-"""Events: a line when something of a case changed, as long as somebody may listen.
+"""Events: server-sent events on changes of cases, while the session is open.
 
-The first change is told at once, and what changes in the second after it together: whoever listens
-asks again at each, and a run tells of its steps many times a second.
+A change is sent at once, those of the second after it together: a client asks again at each event,
+and a run reports its steps many times a second.
 """
 
 import asyncio

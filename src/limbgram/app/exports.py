@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
 from limbgram.app.forms import FieldReply
-from limbgram.app.replies import PICTURE
+from limbgram.app.replies import PICTURE, missing
 from limbgram.app.state import AppStateHere, WorkspaceHere
 from limbgram.cases.case_export import (
     ExportedFile,
@@ -17,6 +17,7 @@ from limbgram.cases.case_export import (
     export_shape,
     exported_file,
     exported_files,
+    mirror_picture,
 )
 from limbgram.core.errors import OptionsError
 from limbgram.core.request_fields import declared
@@ -104,16 +105,19 @@ def read_export(workspace: WorkspaceHere, name: NameHere) -> FileResponse:
 )
 def read_mirror(workspace: WorkspaceHere, name: NameHere) -> FileResponse:
     """The mirror check: what the file holds, to be held against the patient."""
-    return FileResponse(workspace.files / f"{exported_file(workspace, name).name}.mirror.png")
+    picture = mirror_picture(workspace, exported_file(workspace, name).name)
+    if not picture.is_file():
+        raise missing("app.no_picture")
+    return FileResponse(picture)
 
 
 def _options(given: NewExport) -> ExportOptions:
     request = EXPORTS.get(given.kind)
     if request is None:
         raise OptionsError("exported.no_kind", kind=given.kind, kinds=tuple(EXPORTS))
-    own = [one.name for one in declared(request) if one.hint is Path]  # of the server's machine
+    paths = [one.name for one in declared(request) if one.hint is Path]  # no files of the server
     try:
-        ask = value_of({key: one for key, one in given.how.items() if key not in own}, request)
+        ask = value_of({key: one for key, one in given.how.items() if key not in paths}, request)
     except Mismatch as error:
         raise OptionsError("exported.not_so", kind=given.kind, reason=str(error)) from error
     return ExportOptions(kind=given.kind, side=given.side, signed_by=given.signed_by, ask=ask)

@@ -1,14 +1,14 @@
 """Idempotency: a change sent again under its id is made once, and answered as it was first.
 
 In      requests that change something, each with an id of its own in the header Act-Id.
-Out     the answer. It is kept beside the case, so that the same id, whose first answer was lost on
-        the way or whose page was opened anew meanwhile, gets it again and changes nothing. Such an
-        answer has the header Act-Replayed: what it tells may have been changed since.
-Method  One request of an id at a time: the second waits for the first. The id holds for what was
-        sent with it: the same one with another body is refused. What is kept of acts on the shelf
-        itself goes with the case that they are of. A refusal is not kept, since
-        it changed nothing. The answer is kept before it is sent and after the change: of a program
-        that is killed between these two the same act would be done again.
+Out     the answer. It is kept beside the case, so that a repeated request, whose first answer was
+        lost or whose page was reloaded, gets it again and changes nothing. A repeated answer has
+        the header Act-Replayed: what it says may be out of date.
+Method  One request of an id at a time: the second waits for the first. An id is bound to its
+        request: the same id with another body is refused. Answers on the shelf itself are deleted
+        with the case that they are about. Refusals and files are not kept: they change nothing.
+        The answer is kept after the change and before it is sent: if the program is killed between
+        change and keeping, a repeated request changes it again.
 """
 
 import asyncio
@@ -22,7 +22,7 @@ from types import SimpleNamespace
 from typing import Any
 from weakref import WeakValueDictionary
 
-from limbgram.app.access import FILES, Asgi, Message, Receive, Scope, Send
+from limbgram.app.access import Asgi, Message, Receive, Scope, Send, is_upload
 from limbgram.app.replies import refused
 from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import CaseError
@@ -34,18 +34,18 @@ _ID = re.compile(ACT_ID)
 _CASE = re.compile(r"/api/v1/cases/([2-9A-HJKMNP-Z]{3}-[2-9A-HJKMNP-Z]{3})(?:/|$)")
 _MOST = 100
 """Answers that are kept of a case; a page waits for each before it sends the next."""
-_LARGEST = 8_000_000
+_LARGEST_BYTES = 8_000_000
 
 
 @dataclass(frozen=True)
 class OnceEach:
-    """Stands before the routes; requests without an id pass."""
+    """ASGI middleware; requests without an id pass."""
 
     inner: Asgi
     shelf: Shelf
     _going: WeakValueDictionary[Path, asyncio.Lock] = field(default_factory=WeakValueDictionary)
     _without_room: dict[Path, dict[str, Any]] = field(default_factory=dict[Path, dict[str, Any]])
-    """Answers that the disk did not take: this program knows them, the next one does not."""
+    """Answers that a full disk did not take; they are lost when the program ends."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         act = _id_of(scope)
@@ -71,7 +71,7 @@ class OnceEach:
                 return
             answer = _Answer()
             await self.inner(scope, receive, answer.take)
-            if 200 <= answer.status < 300 and place.parent.parent.is_dir():
+            if answer.can_be_kept and place.parent.parent.is_dir():
                 content = _content(scope, sent, answer)
                 try:
                     await asyncio.to_thread(_keep, place, content)
@@ -82,7 +82,7 @@ class OnceEach:
             await answer.pass_on(send)
 
     def _place(self, scope: Scope, act: str) -> Path | None:
-        """Where an answer is kept: it goes with its case, and that to its deletion stays."""
+        """The file of an answer: in its case, or on the shelf for creation and deletion."""
         path = str(scope["path"])
         found = _CASE.match(path)
         deletes = scope["method"] == "DELETE" and found is not None and path == found[0]
@@ -91,7 +91,7 @@ class OnceEach:
 
 
 def forget_acts(shelf: Shelf, case_id: str) -> None:
-    """Let go what is kept on the shelf of a case that is deleted: the answer to who made it."""
+    """Delete the answers on the shelf that are about a deleted case: that of its creation."""
     for place in (shelf.root / ".acts").glob("*.json"):
         with suppress(CaseError):  # nobody can tell of which case it is
             known = _kept(place)
@@ -101,7 +101,7 @@ def forget_acts(shelf: Shelf, case_id: str) -> None:
 
 @dataclass
 class _Answer:
-    """What a route answers, held until it is whole."""
+    """A route's answer, collected until it is complete."""
 
     messages: list[Message] = field(default_factory=list[Message])
 
@@ -115,6 +115,12 @@ class _Answer:
     @property
     def status(self) -> int:
         return int(self.messages[0]["status"]) if self.messages else 0
+
+    @property
+    def can_be_kept(self) -> bool:
+        """Whether it confirms a change: refusals change nothing, nor do answers with a file."""
+        is_text = self.type.startswith(("application/json", "text/")) or not self.body
+        return 200 <= self.status < 300 and is_text
 
     @property
     def type(self) -> str:
@@ -146,14 +152,14 @@ def _kept(place: Path) -> dict[str, Any] | None:
     if not place.exists():
         return None
     try:
-        return json_of(read_content(place, _LARGEST, CaseError))
+        return json_of(read_content(place, _LARGEST_BYTES, CaseError))
     except (CaseError, ValueError) as error:
         raise CaseError("app.act_unreadable") from error
 
 
 async def _sent(scope: Scope, receive: Receive) -> tuple[Receive, str]:
-    """The request once more, and the hash of its body; none of a file, which has one of its own."""
-    if scope["method"] == "PUT" and FILES.fullmatch(str(scope["path"])):
+    """The request to be read again, and the hash of its body; empty for an upload."""
+    if is_upload(scope):
         return receive, ""
     messages = [await receive()]
     while messages[-1].get("more_body", False):
@@ -167,7 +173,7 @@ async def _sent(scope: Scope, receive: Receive) -> tuple[Receive, str]:
 
 
 def _content(scope: Scope, sent: str, answer: _Answer) -> dict[str, Any]:
-    """What is kept of an act."""
+    """The record of an act and its answer."""
     return {
         "of": _request(scope),
         "act": str(getattr(scope.get("route"), "name", "")),

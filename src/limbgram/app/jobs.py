@@ -12,7 +12,7 @@ from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.replies import BINARY, FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, CaseHere
-from limbgram.app.surface import triple
+from limbgram.app.surface import Coordinates, triple
 from limbgram.cases.intermediate_products import (
     IntermediateProducts,
     cameras_so_far,
@@ -27,8 +27,6 @@ from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGir
 from limbgram.services.reconstruct import Known, Shaping
 
 router = APIRouter(tags=["job"])
-
-Coordinates = tuple[float, float, float]
 
 
 class Tape(BaseModel):
@@ -143,9 +141,9 @@ def resume_job(app_state: AppStateHere, case: CaseHere) -> JobReply:
     """Let a resting run go on; or take up one that was cancelled or interrupted."""
     job = app_state.runner.running(case.folder)
     if job is not None and job.file.state == "held":
-        app_state.runner.go_on(case.folder)
+        app_state.runner.resume(case.folder)
     else:
-        app_state.runner.again(case.folder)
+        app_state.runner.restart(case.folder)
     return _reply(app_state, case)
 
 
@@ -217,9 +215,9 @@ def _reply(app_state: AppState, case: ShelvedCase) -> JobReply:
         state=job.state,
         stages=list(job.stages),
         stage=at or sum(one.state == "done" for one in job.stages),
-        before=app_state.runner.before(case.folder),
+        before=app_state.runner.jobs_ahead(case.folder),
         elapsed_s=job.elapsed_s if running is None else running.elapsed_s,
-        left=None if running is None else running.left(),
+        left=None if running is None else running.time_left(),
         began=job.began,
         message="" if why is None else why.sentence,
         finding=why,

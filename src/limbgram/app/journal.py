@@ -1,14 +1,14 @@
-"""Journal: who did what on a network, one line after the other.
+"""Journal: the access log of the app on a network, one line an act.
 
 In      a name, an address, the act (the route's name in the API), the case's id, how it ended.
-Out     SHELF/access/log.jsonl, to which lines are only added. None holds what a patient is known
-        by: no note, no name of a file, no landmark; the case's id is random.
-Method  Each line has a seal: an HMAC of the seal before it and of its own text. The key, and the
-        seal of the last line, are kept outside the shelf, in the account's own folder: whoever can
-        write in the shelf alone can neither seal a line nor cut off the end unnoticed. What was
-        written before there was a key, or on another machine, is not proved.
-Fails   OSError: the disk takes no more. OptionsError: the key cannot be kept.
-        CaseError: it is gone.
+Out     SHELF/access/log.jsonl, to which lines are only appended. None identifies a patient: no
+        note, no file name, no landmark; the case's id is random.
+Method  Each line has a seal: an HMAC of the seal before it and of its own text. The key and the
+        last seal are kept outside the shelf, in the account's own folder: whoever can write in the
+        shelf alone can neither seal a line nor cut off the end unnoticed. Lines from before there
+        was a key, or from another machine, are not proved.
+Fails   OSError: the line cannot be written. OptionsError: the key cannot be written.
+        CaseError: the key is gone.
 """
 
 import hashlib
@@ -25,7 +25,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from limbgram.app.users import made_private
+from limbgram.app.users import make_private
 from limbgram.cases.case_record import read_kept, write_json
 from limbgram.core.errors import CaseError, OptionsError, disk_finding, in_words
 from limbgram.core.files import held_alone
@@ -53,19 +53,19 @@ class Act:
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """What stands in a line, and whether it follows the line before it."""
+    """A line of the log, and whether its seal is right."""
 
     act: Act | None
-    """None: it cannot be read, or lines that stood here at the end were cut off."""
+    """None: it cannot be read, or lines were cut off here, at the end."""
     whole: bool
-    """False: it was changed, or a line before it was taken out or put in."""
+    """False: it was changed, or a line before it was removed or inserted."""
     proved: bool
-    """By the key; False: it was written before there was one, or elsewhere."""
+    """By the key; False: it was written before there was one, or on another machine."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Anchor:
-    """What is kept of a log outside its shelf."""
+    """The key and the last seal of a log, kept outside its shelf."""
 
     key: str
     last: str
@@ -75,7 +75,7 @@ class _Anchor:
 
 
 def state_folder() -> Path:
-    """Where programs of this account keep what is no setting (XDG Base Directory)."""
+    """The account's folder for state of this program (XDG Base Directory)."""
     given = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_STATE_HOME", "")
     base = Path(given) if Path(given).is_absolute() else Path.home() / ".local" / "state"
     return base / "limbgram"
@@ -96,18 +96,18 @@ class Journal:
 
     @property
     def anchor_file(self) -> Path:
-        """Where the key is kept, and the seal of the last line."""
+        """The file of the key and the last seal."""
         place = hashlib.sha256(str(self.file.resolve()).encode()).hexdigest()
         return self.anchors / f"log-{place[:16]}.json"
 
     def begin(self) -> None:
-        """See that there is a key.
+        """Make the key if there is none.
 
         Raises:
-            OptionsError: it cannot be kept.
+            OptionsError: it cannot be written.
         """
         try:
-            made_private(self.folder)
+            make_private(self.folder)
             with self._here, held_alone(self.folder / ".log.lock", wait=True):
                 self._put(self._anchor())
         except (OSError, RuntimeError) as error:  # RuntimeError: the account has no folder
@@ -115,10 +115,10 @@ class Journal:
             raise OptionsError("app.log_key_not_kept", reason=why) from error
 
     def require_key(self) -> None:
-        """Refuse where there are lines and no key: with another one they would be proved no more.
+        """Refuse a log without its key: a new key could not prove its lines.
 
         Raises:
-            CaseError: so it is.
+            CaseError: there are lines and no key.
         """
         if not self.anchor_file.exists() and self.file.is_file() and self.file.stat().st_size:
             raise CaseError("app.log_key_missing", folder=str(self.anchors))
@@ -132,7 +132,7 @@ class Journal:
         """
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = Act(at=now, who=who, address=address, act=act, case=case, status=status)
-        made_private(self.folder)
+        make_private(self.folder)
         with self._here, held_alone(self.folder / ".log.lock", wait=True):
             flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
             file = os.open(self.file, flags, 0o600)
@@ -152,7 +152,7 @@ class Journal:
                 os.close(file)
 
     def lines(self) -> Iterator[Line]:
-        """All lines, the oldest first; one more, not whole, where the end was cut off."""
+        """All lines, the oldest first; and one with `whole` False where the end was cut off."""
         anchor = self._anchor()  # before the lines: another may be written meanwhile
         seal, at, missing = _FIRST, 0, anchor.last != _FIRST
         with self.file.open("rb") if self.file.is_file() else io.BytesIO() as stream:
@@ -166,7 +166,7 @@ class Journal:
             yield Line(act=None, whole=False, proved=True)
 
     def _anchor(self) -> _Anchor:
-        """What is kept outside; a new one where there is none."""
+        """The anchor; a new one where there is none."""
         kept = read_kept(self.anchor_file, _Anchor, "log_key")
         if kept is not None:
             return kept
@@ -176,7 +176,7 @@ class Journal:
         return _Anchor(key=secrets.token_hex(32), last=last, since=len(content))
 
     def _put(self, anchor: _Anchor) -> None:
-        made_private(self.anchors)
+        make_private(self.anchors)
         write_json(self.anchor_file, tree_of(anchor))
         self.anchor_file.chmod(0o600)
 
@@ -191,7 +191,7 @@ def _act(content: bytes) -> Act | None:
 
 
 def _sealed(key: str, before: str, line: Act) -> bytes:
-    """A line with its seal; of lines that are older than the key it is a plain hash."""
+    """A line with its seal; without a key the seal is a plain hash."""
     text = json.dumps(asdict(line), ensure_ascii=False, separators=(",", ":"))
     chained = f"{before}{text}".encode()
     made = hmac.new(bytes.fromhex(key), chained, "sha256") if key else hashlib.sha256(chained)
@@ -200,11 +200,11 @@ def _sealed(key: str, before: str, line: Act) -> bytes:
 
 
 def _last_seal(file: int, anchor: _Anchor) -> str:
-    """The seal that the next line follows.
+    """The seal that the next line continues.
 
-    That of the last line; a line that was cut off by a loss of power is ended first. Where the end
-    of the file is not the end that was written, the chain goes on from the one that was: the break
-    shows for ever.
+    That of the last line; a line that a loss of power cut off is ended first. If the end of the
+    file is not the end that was written, the chain continues from the anchor's seal: the break
+    remains visible.
     """
     size = os.lseek(file, 0, os.SEEK_END)
     start = os.lseek(file, max(0, size - 2 * _LONGEST_LINE), os.SEEK_SET)

@@ -190,7 +190,7 @@ def put_place(
     with app_state.shape_cache.changing(workspace):
         shape = app_state.shape_cache.shape(workspace)
         workspace.save_limb(with_landmarks(shape.limb, [picked]), shape.file)
-    return _told(app_state, workspace)
+    return _changed_reply(app_state, workspace)
 
 
 @router.delete("/cases/{case_id}/limb/places/{name}")
@@ -202,7 +202,7 @@ def delete_place(app_state: AppStateHere, workspace: WorkspaceHere, name: NameHe
         if len(left) == len(shape.limb.landmarks):
             raise missing("app.no_place")
         workspace.save_limb(replace(shape.limb, landmarks=left), shape.file)
-    return _told(app_state, workspace)
+    return _changed_reply(app_state, workspace)
 
 
 @router.get("/cases/{case_id}/limb/marks")
@@ -278,7 +278,7 @@ def align_limb(app_state: AppStateHere, workspace: WorkspaceHere, given: Align) 
         workspace.save_limb(aligned, shape.file)
         workspace.case.relabel(replace(label, side=ask.side, kind=ask.kind))
     app_state.news.tell(workspace.case.case_id, "case")
-    reply = _told(app_state, workspace)
+    reply = _changed_reply(app_state, workspace)
     reply.notes = _notes(app_state, aligned)
     return reply
 
@@ -288,7 +288,7 @@ def refresh_limb(app_state: AppStateHere, workspace: WorkspaceHere) -> LimbReply
     """Take the surface of the last run to work on; places are carried over, axes set anew."""
     with app_state.shape_cache.changing(workspace):
         workspace.take_scan()
-    return _told(app_state, workspace)
+    return _changed_reply(app_state, workspace)
 
 
 def limb_reply(app_state: AppState, workspace: Workspace) -> LimbReply:
@@ -319,7 +319,7 @@ def _notes(app_state: AppState, limb: Limb) -> list[FindingReply]:
     return [FindingReply.of(one, app_state.shelf.root) for one in limb.notes]
 
 
-def _told(app_state: AppState, workspace: Workspace) -> LimbReply:
+def _changed_reply(app_state: AppState, workspace: Workspace) -> LimbReply:
     app_state.news.tell(workspace.case.case_id, "work")
     return limb_reply(app_state, workspace)
 

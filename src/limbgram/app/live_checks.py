@@ -1,8 +1,8 @@
-"""Live checks: of captures that run while photos arrive, one at a time for each case.
+"""Live checks: checks of captures while photos arrive, one at a time for each case.
 
-A check that runs while another photo arrives goes on to its end, so that there is an answer; then
-it begins again with all photos that are there. What was found in each photo is kept meanwhile, of
-the case that was asked for last, so that a further photo costs little.
+A check goes on to its end when another photo arrives, so that there is an answer; then it runs
+again with all photos. What was found in each photo is kept for the case that was checked last, so
+that another photo costs little.
 """
 
 import threading
@@ -27,12 +27,12 @@ CheckState = Literal["none", "running", "done", "refused"]
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What a check works with."""
+    """The inputs of a check."""
 
     sources: tuple[Path, ...]
     calibrations: tuple[Calibration, ...]
     camera_sha256: tuple[str, ...]
-    """Of the files of the calibrations: what is known of the photos holds for these alone."""
+    """Of the calibrations' files: what was found in the photos is valid for these alone."""
     board: Board | None
 
     @property
@@ -54,20 +54,20 @@ class LiveCheck:
     """Why there is no answer."""
     stage: str = ""
     photos: int = 0
-    """Files that the answer, or the check that runs, looked at."""
+    """Files that the answer, or the running check, covers."""
     took_s: float = 0.0
     _next: Asked | None = None
     _run: Run | None = None
     _watch: CaptureWatch | None = None
     _watched: Kit | None = None
-    """What the watch was begun with."""
-    _to_rest: bool = False
+    """Cameras and board of the watch."""
+    _release_after_check: bool = False
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def ask(self, asked: Asked) -> None:
         """Check these photos, now or after the check that runs."""
         with self._lock:
-            self._next, self._to_rest = asked, False
+            self._next, self._release_after_check = asked, False
             if self.state == "running":
                 return
             self.state = "running"
@@ -80,20 +80,20 @@ class LiveCheck:
             if self._run is not None:
                 self._run.cancel()
 
-    def rest(self) -> None:
-        """Let go what is kept of each photo, now or after the check that runs."""
+    def release(self) -> None:
+        """Release what is kept of each photo, now or after the running check."""
         with self._lock:
-            self._to_rest = True
+            self._release_after_check = True
             if self.state != "running":
-                self._let_go()
+                self._close_watch()
 
     def _work(self) -> None:
         try:
             self._check_all()
-        except BaseException:  # a fault of ours passes on, and nobody waits for it
+        except BaseException:  # a bug: it passes on, after the state tells clients
             with self._lock:
                 self.state, self.found, self.refusal = "done", None, fault("coach.own_fault")
-                self._let_go()
+                self._close_watch()
             raise
         finally:
             self.on_change()
@@ -105,10 +105,10 @@ class LiveCheck:
                 if asked is None:
                     ended = "none" if self.found is None and not self.refusal else self.state
                     self.state = "done" if ended == "running" else ended
-                    if self._to_rest:
-                        self._let_go()
+                    if self._release_after_check:
+                        self._close_watch()
                     return
-                self._run = Run(listener=self._hear)
+                self._run = Run(listener=self._on_progress)
                 self.photos = len(asked.sources)
                 self.state = "running"
             self._check(asked, self._run)
@@ -131,17 +131,17 @@ class LiveCheck:
         if any(is_video(source) for source in asked.sources):
             return check_sources(asked.sources, asked.calibrations, asked.board, run)
         if self._watch is None or self._watched != asked.kit:
-            self._let_go()
+            self._close_watch()
             self._watch = CaptureWatch(asked.calibrations, asked.board)
             self._watched = asked.kit
         return self._watch.check(asked.sources, run)
 
-    def _let_go(self) -> None:
+    def _close_watch(self) -> None:
         if self._watch is not None:
             self._watch.close()
         self._watch = self._watched = None
 
-    def _hear(self, stage: str, _done: int, _total: int) -> None:
+    def _on_progress(self, stage: str, _done: int, _total: int) -> None:
         if stage != self.stage:
             self.stage = stage
             self.on_change()
@@ -159,21 +159,21 @@ class LiveChecks:
         return self._checks.setdefault(case_id, LiveCheck(lambda: self.on_change(case_id)))
 
     def ask(self, case: ShelvedCase, asked: Asked) -> None:
-        """Check a case's photos; what is kept of the photos of other cases is let go."""
+        """Check a case's photos; what is kept of other cases' photos is released."""
         own = self.of(case)
         for other in list(self._checks.values()):
             if other is not own:
-                other.rest()
+                other.release()
         own.ask(asked)
 
     def drop(self, case: ShelvedCase) -> None:
-        """Forget what is known of a case."""
+        """Remove the check of a case."""
         coach = self._checks.pop(case.case_id, None)
         if coach is not None:
             coach.cancel()
-            coach.rest()
+            coach.release()
 
     def close(self) -> None:
         for coach in self._checks.values():
             coach.cancel()
-            coach.rest()
+            coach.release()

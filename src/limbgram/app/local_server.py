@@ -88,9 +88,9 @@ def serve_app(
 class EndingServer(uvicorn.Server):
     """A server that ends when it is asked to, and then lets the program end by itself.
 
-    Libraries that are loaded meanwhile put handlers of their own in the place of its own (glog,
-    which comes with pycolmap, prints a stack trace and aborts): it puts them back once a second.
-    Streams of events never end by themselves: the app tells them to, before they are waited for.
+    Libraries that are loaded later install signal handlers of their own (glog, part of pycolmap,
+    prints a stack trace and aborts): the server installs its own again once a second. Event streams
+    never end by themselves: the app ends them before the server waits for open answers.
     """
 
     def __init__(self, config: uvicorn.Config, app_state: AppState) -> None:
@@ -125,7 +125,7 @@ class EndingServer(uvicorn.Server):
 
 
 def socket_at(address: str, port: int) -> socket.socket:
-    """A socket of this machine that nothing else has.
+    """A listening socket on an address and port of this machine.
 
     Raises:
         OptionsError: the port is taken or below 1024, or the address is none of this machine.

@@ -2,9 +2,9 @@
 
 In      wrong and right passwords, each with the name and the address that it came from.
 Out     seconds until the next one is tried.
-Method  Five wrong ones are free. From then on each doubles the wait: of an address up to five
-        minutes, of a name, whoever asks, up to 30 s, so that nobody can keep a user out for long.
-        Quarter of an hour without a wrong one, and all is forgotten.
+Method  Five wrong ones are free. From then on each doubles the wait: for an address up to five
+        minutes; for a name, from any address, up to 30 s, so that nobody can lock a user out for
+        long. After a quarter of an hour without a wrong one the count starts again.
 """
 
 import time
@@ -16,7 +16,7 @@ _FREE = 5
 _LONGEST_S = {"address": 300.0, "name": 30.0}
 _FORGOTTEN_S = 15 * 60.0
 _MOST_KEPT = 10_000
-"""Of names and addresses; beyond, the one that was wrong longest ago is forgotten."""
+"""Names and addresses; then the one with the oldest wrong attempt is dropped."""
 
 Key = tuple[str, str]
 """address or name, and which."""
@@ -28,10 +28,10 @@ class Attempts:
 
     clock: Callable[[], float] = time.monotonic
     _wrong: "OrderedDict[Key, tuple[int, float]]" = field(default_factory=lambda: OrderedDict())
-    """How many, and when the last one came."""
+    """Number of wrong ones, and time of the last."""
 
     def wait_s(self, name: str, address: str) -> float:
-        """How long until a password is tried; 0: now."""
+        """Time until the next password is tried; 0: now."""
         return max(self._wait_s(key) for key in _keys(name, address))
 
     def failed(self, name: str, address: str) -> None:

@@ -1,10 +1,10 @@
 """Phone ports: second listeners, for photos from phones of the clinic's network, open while wanted.
 
 In      a case, the app's routes, the address of this machine in its network.
-Out     a port that answers for this case alone: the page, what is here, the coach's answer, and
-        photos that are sent. Nothing else can be read and nothing deleted.
-Method  It closes when it is told to, when the app ends, after half an hour, and when nobody who
-        opened it is a user any more.
+Out     a port that answers for this case alone: the page, the list of photos, the coach's answer,
+        and uploads of photos. Nothing else can be read and nothing deleted.
+Method  It closes on request, when the app ends, after half an hour, and when all who opened it
+        were removed as users.
 Fails   OptionsError: this machine is in no network.
 """
 
@@ -26,11 +26,11 @@ from limbgram.core.errors import CaseError, OptionsError
 _OPEN_S = 30 * 60.0
 _LOOK_S = 1.0
 _SHUT_S = 2.0
-"""As long as somebody who shuts a port waits until it is; a server looks ten times a second."""
+"""Longest wait for a port to close; its server checks ten times a second."""
 
 
 class PhonePortServer(uvicorn.Server):
-    """A server that tells when it lets nothing more in."""
+    """A server that signals when it accepts nothing more."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -56,7 +56,7 @@ class PhonePort:
 
     @property
     def closes_s(self) -> float:
-        """How long it stays open."""
+        """Time until it closes by itself."""
         if not self._is_wanted:
             return 0.0
         return max(0.0, _OPEN_S - (time.monotonic() - self.since))
@@ -80,15 +80,17 @@ class PhonePorts:
     """The ports that are open, one a case."""
 
     tls: Tls | None = None
-    """On a network: by what they are encrypted."""
+    """Certificate and key; None for plain HTTP."""
     diary: Diary | None = None
     _ports: dict[str, PhonePort] = field(default_factory=dict[str, PhonePort])
+    _opening: threading.Lock = field(default_factory=threading.Lock)
+    """Held while a port is opened: two for one case could not both be closed."""
 
     def of(self, case: ShelvedCase) -> PhonePort | None:
         port = self._ports.get(case.case_id)
         if port is not None and (port.server.should_exit or not port.closes_s):
             port.close()
-            del self._ports[case.case_id]
+            self._ports.pop(case.case_id, None)
             return None
         return port
 
@@ -98,16 +100,19 @@ class PhonePorts:
         """Open a case's port.
 
         Args:
-            good: Whether who opens it is still a user.
+            good: Checks whether the one who opens it is still a user.
 
         Raises:
             OptionsError: this machine is in no network.
         """
-        known = self.of(case)
-        if known is not None:
-            known.vouchers.append(good)
-            return known
-        host = address()
+        with self._opening:
+            known = self.of(case)
+            if known is not None:
+                known.vouchers.append(good)
+                return known
+            return self._opened(case, inner, address(), good)
+
+    def _opened(self, case: ShelvedCase, inner: Asgi, host: str, good: Good) -> PhonePort:
         listening = prompt_socket()
         listening.bind((host, 0))
         listening.listen(32)
@@ -122,8 +127,8 @@ class PhonePorts:
         return port
 
     def access_at(self, host: str) -> Access | None:
-        """Of the port that answers under this host and port."""
-        found = (one.access for one in self._ports.values() if host in one.access.hosts)
+        """The sessions of the port at this address; None for another one."""
+        found = (one.access for one in list(self._ports.values()) if host in one.access.hosts)
         return next(found, None)
 
     def close(self, case: ShelvedCase) -> None:
@@ -132,7 +137,7 @@ class PhonePorts:
             port.close()
 
     def close_all(self) -> None:
-        for port in self._ports.values():
+        for port in list(self._ports.values()):
             port.close()
 
 
@@ -152,7 +157,7 @@ def own_address() -> str:
 
 
 def _allowed(case_id: str) -> Callable[[str, str], bool]:
-    """What a phone may ask, by method and path."""
+    """A check of the requests that a phone may send, by method and path."""
     root = f"/api/v1/cases/{re.escape(case_id)}"
     reading = re.compile(rf"{root}(/photos|/photos/[^/]+/picture|/check|/events)?")
     sending = re.compile(rf"{root}/photos/[^/]+")

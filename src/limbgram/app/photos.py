@@ -43,13 +43,12 @@ UploadId = Annotated[
     ),
 ]
 _RANGE = re.compile(r"bytes (\d{1,15})-(\d{1,15})/(\d{1,15}|\*)")
-_PIECE = 1 << 16
-"""Bytes that are written at once at least: sixty photos may come at the same time, and little more
-of each waits in memory."""
+_WRITE_BYTES = 1 << 16
+"""Bytes buffered before a write: sixty photos may arrive at the same time, and each needs little
+more memory than this."""
 _KEEPER = ThreadPoolExecutor(1, thread_name_prefix="keeper")
-"""Hashes and cleans one whole photo after the other. Each is in memory meanwhile, and the next one
-takes the room of the last: with a thread for each, the threads would all keep such room. A zip has
-work of its own and goes elsewhere."""
+"""Hashes and cleans one complete photo after the other, so that only one is in memory. Zips go to
+the default executor."""
 _SMALLEST_PX, _LARGEST_PX = 32, 4096
 
 
@@ -175,7 +174,7 @@ async def receive(
     replace: bool,
     on_change: Callable[[], None],
 ) -> Sent:
-    """Take in what a request sends: a whole file, or a piece of it."""
+    """Receive a file, or a piece of it, from a request."""
     name = checked_name(name)
     start, end, total = _range(content_range)
     length = request.headers.get("content-length", "")
@@ -191,11 +190,11 @@ async def receive(
             here += len(piece)
             if here > most:
                 raise OptionsError("photo.upload.too_long", name=name)
-            if not pending and len(piece) >= _PIECE:
+            if not pending and len(piece) >= _WRITE_BYTES:
                 await asyncio.to_thread(stream.write, piece)
                 continue
             pending += piece
-            if len(pending) >= _PIECE:
+            if len(pending) >= _WRITE_BYTES:
                 await asyncio.to_thread(stream.write, pending)
                 pending = bytearray()
         await asyncio.to_thread(stream.write, pending)

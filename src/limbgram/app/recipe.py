@@ -57,7 +57,7 @@ Parameters = dict[str, Any]
 
 @dataclass(frozen=True)
 class Gesture:
-    """A change of the recipe, as whoever makes it knows it."""
+    """The id of an act that changes the recipe, and the mark of the recipe that it changes."""
 
     act: str | None
     seen: str | None
@@ -231,7 +231,7 @@ def list_kinds() -> list[EditKind]:
 
 @cache
 def _kinds() -> tuple[EditKind, ...]:
-    """They stay the same as long as the program runs, and take 0.1 s to put together."""
+    """Cached, because they take 0.1 s to build."""
     return tuple(
         EditKind(
             kind=kind,
@@ -280,8 +280,8 @@ def put_recipe_file(
         made, app_state.shape_cache.shape(workspace).file.sha256, "the surface of this case"
     )
     with app_state.shape_cache.changing(workspace):
-        _seen(app_state, workspace, gesture)
-        return _kept(app_state, workspace, made, gesture)
+        _current_recipe(app_state, workspace, gesture)
+        return _save(app_state, workspace, made, gesture)
 
 
 @router.post("/cases/{case_id}/recipe/edits", status_code=201)
@@ -291,8 +291,8 @@ def add_edit(
     """Add an edit to the recipe; the answer is the ledger, `recipe/change` brings the shape."""
     edit = make_edit(given.kind, _frozen(given.parameters), "The new edit")
     with app_state.shape_cache.changing(workspace):
-        recipe = _seen(app_state, workspace, gesture)
-        return _kept(app_state, workspace, added(recipe, edit, given.number, given.accept), gesture)
+        recipe = _current_recipe(app_state, workspace, gesture)
+        return _save(app_state, workspace, added(recipe, edit, given.number, given.accept), gesture)
 
 
 @router.patch("/cases/{case_id}/recipe/edits/{number}")
@@ -305,7 +305,7 @@ def change_edit(
 ) -> Ledgered:
     """Change an edit: switch it, change its numbers, accept what it does, or move it."""
     with app_state.shape_cache.changing(workspace):
-        recipe = _seen(app_state, workspace, gesture)
+        recipe = _current_recipe(app_state, workspace, gesture)
         if given.on is not None:
             recipe = switched(recipe, number, on=given.on)
         if given.parameters is not None:
@@ -314,7 +314,7 @@ def change_edit(
             recipe = accepted(recipe, number, given.accept)
         if given.number is not None:
             recipe = moved(recipe, number, given.number)
-        return _kept(app_state, workspace, recipe, gesture)
+        return _save(app_state, workspace, recipe, gesture)
 
 
 @router.delete("/cases/{case_id}/recipe/edits/{number}")
@@ -323,17 +323,16 @@ def delete_edit(
 ) -> Ledgered:
     """Take an edit out of the recipe."""
     with app_state.shape_cache.changing(workspace):
-        return _kept(
-            app_state, workspace, removed(_seen(app_state, workspace, gesture), number), gesture
-        )
+        recipe = _current_recipe(app_state, workspace, gesture)
+        return _save(app_state, workspace, removed(recipe, number), gesture)
 
 
 @router.post("/cases/{case_id}/recipe/undo")
 def undo(app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere) -> Ledgered:
     """Undo the last gesture, whatever it was: an edit, a switch, a number, an order."""
     with app_state.shape_cache.changing(workspace):
-        _seen(app_state, workspace, gesture)
-        _changed(app_state, workspace, workspace.step(-1), gesture)
+        _current_recipe(app_state, workspace, gesture)
+        _announce(app_state, workspace, workspace.step(-1), gesture)
         return _ledgered(app_state, workspace)
 
 
@@ -341,8 +340,8 @@ def undo(app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere
 def redo(app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere) -> Ledgered:
     """Do again what was undone last."""
     with app_state.shape_cache.changing(workspace):
-        _seen(app_state, workspace, gesture)
-        _changed(app_state, workspace, workspace.step(1), gesture)
+        _current_recipe(app_state, workspace, gesture)
+        _announce(app_state, workspace, workspace.step(1), gesture)
         return _ledgered(app_state, workspace)
 
 
@@ -416,13 +415,13 @@ def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
     )
 
 
-def _seen(app_state: AppState, workspace: Workspace, gesture: Gesture) -> Recipe:
-    """The recipe, where it is still the one that somebody had before their eyes.
+def _current_recipe(app_state: AppState, workspace: Workspace, gesture: Gesture) -> Recipe:
+    """The recipe, if it is still the one that the client changes.
 
-    Edits are called by their numbers: on another recipe a change would meet another edit.
+    Edits have numbers: in a recipe that was changed meanwhile a number may mean another edit.
 
     Raises:
-        CaseError: it is another one.
+        CaseError: the recipe was changed meanwhile.
     """
     recipe = workspace.recipe()
     mark = _mark(recipe)
@@ -434,20 +433,20 @@ def _seen(app_state: AppState, workspace: Workspace, gesture: Gesture) -> Recipe
     return recipe
 
 
-def _kept(app_state: AppState, workspace: Workspace, recipe: Recipe, gesture: Gesture) -> Ledgered:
-    """Keep a recipe that can be done; one that is refused changes nothing.
+def _save(app_state: AppState, workspace: Workspace, recipe: Recipe, gesture: Gesture) -> Ledgered:
+    """Save a recipe after replaying it; a refused one changes nothing.
 
-    Whoever made it of the present one holds the case's lock since.
+    The caller holds the case's lock since it read the recipe before.
     """
     shape = app_state.shape_cache.shape(workspace)
     done = shape.replayed(recipe)
     workspace.save_recipe(recipe)
-    _changed(app_state, workspace, recipe, gesture)
-    return _told(recipe_reply(app_state, workspace), done)
+    _announce(app_state, workspace, recipe, gesture)
+    return _with_ledger(recipe_reply(app_state, workspace), done)
 
 
-def _changed(app_state: AppState, workspace: Workspace, recipe: Recipe, gesture: Gesture) -> None:
-    """Tell everybody who looks on, and remember whose act made this recipe."""
+def _announce(app_state: AppState, workspace: Workspace, recipe: Recipe, gesture: Gesture) -> None:
+    """Notify other clients, and remember the act that made this recipe."""
     app_state.shape_cache.made[workspace.root] = (gesture.act, _mark(recipe))
     app_state.news.tell(workspace.case.case_id, "work")
 
@@ -457,17 +456,17 @@ def _mark(recipe: Recipe) -> str:
 
 
 def _ledgered(app_state: AppState, workspace: Workspace) -> Ledgered:
-    """The recipe as it is, also where it cannot be done any more: places may have moved."""
+    """The saved recipe with its ledger; or with a refusal, if landmarks have moved since."""
     shape, reply = app_state.shape_cache.shape(workspace), recipe_reply(app_state, workspace)
     try:
         done = shape.replayed(workspace.recipe())
     except LimbgramError as error:
         root = app_state.shelf.root
         return Ledgered(recipe=reply, refusal=FindingReply.of(error.finding, root))
-    return _told(reply, done)
+    return _with_ledger(reply, done)
 
 
-def _told(reply: RecipeReply, done: Replayed) -> Ledgered:
+def _with_ledger(reply: RecipeReply, done: Replayed) -> Ledgered:
     solid = is_watertight(done.limb.mesh.faces)
     return Ledgered(recipe=reply, ledger=_ledger(done.ledger), solid=solid)
 
@@ -524,7 +523,7 @@ def _with_parameters(recipe: Recipe, number: int, parameters: Parameters) -> Rec
 
 
 def _frozen(parameters: Parameters) -> Parameters:
-    """Without what was left open: JSON's null is no value of a recipe."""
+    """The parameters without nulls, which leave the default."""
     return {name: value for name, value in parameters.items() if value is not None}
 
 

@@ -134,8 +134,8 @@ def _page(static: Path, path: str, accepted: str) -> Response:
     start = static / "index.html"
     if not start.is_file():
         return HTMLResponse(_NO_CLIENT, status_code=503)
-    found = (static / path).resolve() if path else start
-    if found.is_relative_to(static.resolve()) and found.is_file():
+    found = _static_file(static, path) if path else start
+    if found is not None:
         kept = _LONG if path.startswith("assets/") else "no-cache"
         status = found.stat()
         if found.suffix in _SHRINKING and "gzip" in accepted:
@@ -147,6 +147,16 @@ def _page(static: Path, path: str, accepted: str) -> Response:
     if "." in path.rpartition("/")[2]:
         raise missing("case.no_such_file")
     return FileResponse(start, headers={"cache-control": "no-cache"})
+
+
+def _static_file(static: Path, path: str) -> Path | None:
+    """The client's file of a path; None where there is none, or it lies outside the folder."""
+    try:
+        found = (static / path).resolve()
+        inside = found.is_relative_to(static.resolve())
+        return found if inside and found.is_file() else None
+    except (OSError, ValueError):  # a name that no file can have: too long, or with a NUL
+        return None
 
 
 @lru_cache(maxsize=64)

@@ -1,4 +1,4 @@
-"""Server socket: how a server of this program stands on its socket.
+"""Server socket: the socket and HTTP settings of the program's servers.
 
 In      the routes, a socket, on a network a certificate.
 Out     answers, until it is told to end.
@@ -26,20 +26,20 @@ _END_S = 3
 _HEAD_S = 20.0
 _MOST_CONNECTIONS = 500
 _RECEIVED = 1 << 16
-"""Bytes of a connection that wait unread, twice of it by the system's own count: sixty photos that
-come at once hold so much each, and no more."""
+"""Receive buffer of a connection (the system reserves twice this): sixty photos that arrive at once
+need no more memory each."""
 
 
 @dataclass(frozen=True)
 class Tls:
-    """Files by which a connection is encrypted."""
+    """Files of a certificate and its key."""
 
     certificate: Path
     key: Path
 
 
 class ImpatientProtocol(H11Protocol):
-    """HTTP whose request heads come within a while, or not at all."""
+    """HTTP that closes a connection whose request head does not arrive in time."""
 
     head_s = _HEAD_S
     _head_due: asyncio.TimerHandle | None = None
@@ -79,10 +79,10 @@ class ImpatientProtocol(H11Protocol):
 
 
 def prompt_socket() -> socket.socket:
-    """A socket whose connections send each answer at once.
+    """A socket whose connections send each answer at once (TCP_NODELAY).
 
-    asyncio asks for that where the socket names its protocol, and only there. Without it the end of
-    an answer waits up to 40 ms until the browser has confirmed the beginning.
+    asyncio sets the option only if the socket names its protocol. Without it the end of an answer
+    waits up to 40 ms for the browser to acknowledge the beginning.
     """
     made = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVED)
@@ -90,7 +90,7 @@ def prompt_socket() -> socket.socket:
 
 
 def configured(routes: Asgi, tls: Tls | None, lifespan: Literal["on", "off"]) -> uvicorn.Config:
-    """How a server of this program is set."""
+    """The uvicorn settings of a server."""
     return uvicorn.Config(
         routes,  # pyright: ignore[reportArgumentType]
         http=ImpatientProtocol,

@@ -96,7 +96,7 @@ def open_session(app_state: AppStateHere, given: Token, response: Response) -> S
     opened = app_state.access.open_session(given.token)
     if opened is None:
         return refused(401, "NoSession", fault("app.token_used"))
-    _set(response, app_state.access, opened)
+    _set_cookie(response, app_state.access, opened)
     return _session(app_state.access, opened)
 
 
@@ -108,11 +108,11 @@ def sign_in(
     people = _people(app_state.access)
     who = people.known_as(given.name)
     request.state.who = who or "unknown"  # what was typed may be a password
-    refused = _tried(app_state.access, people, request, given.name, given.password)
+    refused = _password_refusal(app_state.access, people, request, given.name, given.password)
     if refused is not None:
         return refused
     opened = app_state.access.begin(who)
-    _set(response, app_state.access, opened)
+    _set_cookie(response, app_state.access, opened)
     return _session(app_state.access, opened)
 
 
@@ -126,7 +126,7 @@ def unlock(
     """Go on in a session that is locked; what was begun in the page is still there."""
     people = _people(app_state.access)
     signed = app_state.access.signed(session)
-    refused = _tried(
+    refused = _password_refusal(
         app_state.access, people, request, signed.who if signed else "", given.password
     )
     if refused is not None:
@@ -171,7 +171,7 @@ def start(app_state: AppStateHere, request: Request, token: str = "", to: str = 
         return HTMLResponse(_REFUSED, status_code=401)
     page = f"/#/{to}" if _PHONE_PAGE.fullmatch(to) else "/"
     response = HTMLResponse(_PAGE.replace("PAGE", page))
-    _set(response, access, opened)
+    _set_cookie(response, access, opened)
     return response
 
 
@@ -193,24 +193,24 @@ def _people(access: Access) -> People:
     return access.people
 
 
-def _tried(
+def _password_refusal(
     access: Access, people: People, request: Request, name: str, password: str
 ) -> Response | None:
-    """Try a password; the refusal, or None where it is right."""
+    """The refusal of a password; None if it is right."""
     address = request.client.host if request.client else ""
     wait_s = math.ceil(access.attempts.wait_s(name, address))
     if wait_s:
         answer = refused(429, "TooMany", fault("app.too_many_passwords", wait_s=wait_s))
         answer.headers["retry-after"] = str(wait_s)
         return answer
-    access.attempts.failed(name, address)  # also of those that are tried at the same time
+    access.attempts.failed(name, address)  # first: attempts at the same time count each other
     if not people.is_right(name, password):
         return refused(401, "NotRight", fault("app.password_wrong"))
     access.attempts.passed(name, address)
     return None
 
 
-def _set(response: Response, access: Access, session: str) -> None:
+def _set_cookie(response: Response, access: Access, session: str) -> None:
     secure = access.scheme == "https"
     response.set_cookie(
         access.cookie, session, httponly=True, samesite="strict", secure=secure, path="/"

@@ -1,4 +1,4 @@
-"""Shape cache: the shapes that are worked on, in memory as long as their files do not change."""
+"""Shape cache: the edited shapes, in memory as long as their files do not change."""
 
 import threading
 from collections import OrderedDict
@@ -25,13 +25,13 @@ Key = tuple[tuple[str, int, int], ...]
 
 @dataclass
 class OpenShape:
-    """A scan in memory, and what its recipes made of it so far."""
+    """A scan in memory, and the cached results of its recipes."""
 
     file: ShapeFile
     key: Key
     kept: ReplayCache
     lock: threading.RLock = field(default_factory=threading.RLock)
-    """Held while edits are done: one at a time."""
+    """Held while a recipe is replayed."""
 
     @property
     def limb(self) -> Limb:
@@ -39,7 +39,7 @@ class OpenShape:
 
     @cached_property
     def tree(self) -> TriangleTree:
-        """To find places on it."""
+        """For closest points on it."""
         return tree_on(self.limb.mesh)
 
     @cached_property
@@ -52,19 +52,19 @@ class OpenShape:
         return measure_limb(self.limb)
 
     def replayed(self, recipe: Recipe) -> Replayed:
-        """The shape after a recipe; only what changed since is done."""
+        """The shape after a recipe; only edits that changed are computed."""
         with self.lock:
             return replay(recipe, self.limb, self.kept)
 
 
 @dataclass
 class ShapeCache:
-    """Shapes in memory, the last used ones."""
+    """The shapes that were used last."""
 
     made: dict[Path, tuple[str | None, str]] = field(
         default_factory=dict[Path, tuple[str | None, str]]
     )
-    """Of a case: the act that changed its recipe last, and the mark of that recipe."""
+    """By work folder: id of the act that changed the recipe last, and that recipe's mark."""
     _open: "OrderedDict[Path, OpenShape]" = field(default_factory=lambda: OrderedDict())
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _changing: CaseLocks = field(default_factory=CaseLocks)
@@ -72,11 +72,11 @@ class ShapeCache:
 
     @contextmanager
     def changing(self, workspace: Workspace) -> Generator[None]:
-        """Held from reading a case's recipe or places to keeping what was made of them.
+        """Lock a case from reading its recipe or landmarks until the change is saved.
 
-        Else two who change something at once would both begin with the same state, and the second
-        to keep it would undo what the first did. It is the case's own: the shape in memory gives
-        way to another one whenever its files change. Deleting the case holds it too.
+        Without it, of two changes at once the second would undo the first. The lock belongs to the
+        case, not to the cached shape, which is replaced when its files change. Deleting the case
+        takes it too.
 
         Raises:
             LookupError: the case was deleted meanwhile.
@@ -86,7 +86,7 @@ class ShapeCache:
             yield
 
     def work(self, workspace: Workspace) -> Work:
-        """The work on a case as it is now, for a file or a record that is made of it."""
+        """A snapshot of a case's work, from which a file or a record is made."""
         with self.changing(workspace):
             shape, recipe = self.shape(workspace), workspace.recipe()
             recipe_sha256, beside = (
@@ -103,7 +103,7 @@ class ShapeCache:
         )
 
     def shape(self, workspace: Workspace) -> OpenShape:
-        """The scan of a case, read again if its files changed; other cases do not wait for it."""
+        """The scan of a case, read again if its files changed; other cases do not wait."""
         with self._reading.of(workspace.root):
             place = workspace.scan_file()
             key = _key(place)
@@ -120,14 +120,14 @@ class ShapeCache:
             return known
 
     def forget(self, workspace: Workspace) -> None:
-        """Let a case's shape go."""
+        """Remove a case's shape from the cache."""
         with self._lock:
             for place in [place for place in self._open if place.parent == workspace.root]:
                 del self._open[place]
 
 
 def _key(place: Path) -> Key:
-    """Tells whether a shape's file or its limb file was written since."""
+    """A key that changes when the shape's file or its limb file is written."""
     files = (place, limb_file_beside(place))
-    told = ((file, file.stat()) for file in files if file.is_file())
-    return tuple((file.name, status.st_mtime_ns, status.st_size) for file, status in told)
+    statuses = ((file, file.stat()) for file in files if file.is_file())
+    return tuple((file.name, status.st_mtime_ns, status.st_size) for file, status in statuses)

@@ -1,6 +1,6 @@
-"""State: what all routes work on: the shelf, the jobs, the shapes in memory, and the news.
+"""State: the objects that all routes share: shelf, jobs, cached shapes, change counters.
 
-A route gets it, and the case that its path names, by the annotations at the end.
+A route gets them, and the case in its path, by the annotations at the end.
 """
 
 import threading
@@ -25,13 +25,13 @@ from limbgram.cases.workspace import Workspace
 
 @dataclass
 class News:
-    """Counts what changed in each case, by subject, so that whoever listens asks for the rest."""
+    """Counts changes of each case, by subject, for clients that listen to events."""
 
     _counts: dict[tuple[str, str], int] = field(default_factory=dict[tuple[str, str], int])
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def tell(self, case_id: str, subject: str) -> None:
-        """Tell that something of a subject changed: photos, check, job, work, case."""
+        """Count a change of a subject: photos, check, job, work, case."""
         with self._lock:
             at = case_id, subject
             self._counts[at] = self._counts.get(at, 0) + 1
@@ -52,7 +52,7 @@ class News:
 
 @dataclass
 class AppState:
-    """Everything behind the routes."""
+    """The shared state of all routes."""
 
     shelf: Shelf
     access: Access
@@ -66,13 +66,13 @@ class AppState:
     """Address of this server, for links."""
     jobs_at_once: int = 1
     sampling: threading.Lock = field(default_factory=threading.Lock)
-    """Held while a sample case is made: one at a time."""
+    """Held while a sample case is made."""
     calibrating: threading.Lock = field(default_factory=threading.Lock)
     """Held while a camera is calibrated: one at a time, others wait."""
     calibrations: set[str] = field(default_factory=set[str])
-    """Cameras that are calibrated, or wait for it: their labels alone do not tell."""
+    """Ids of cameras that are being calibrated, or wait for it."""
     closing: bool = False
-    """The server ends: answers that stay open, such as streams of events, end by themselves."""
+    """Whether the server ends: open answers, such as event streams, then end by themselves."""
 
     def __post_init__(self) -> None:
         self.runner = Runner(
@@ -83,20 +83,20 @@ class AppState:
         self.live_checks = LiveChecks(lambda case: self.news.tell(case, "check"))
 
     def open(self) -> None:
-        """Take the shelf up: what was wanted when the program last ended goes on."""
+        """Open the shelf, and resume what the last end of the program interrupted."""
         self.shelf.open()
-        self.runner.take_up(case.folder for case in self.shelf.cases())
+        self.runner.resume_all(case.folder for case in self.shelf.cases())
         Cameras(self.shelf.cameras).settle()
 
     def close(self) -> None:
-        """End what runs; what is finished is kept."""
+        """End ports, checks and jobs; finished stages are kept."""
         self.closing = True
         self.phone_ports.close_all()
         self.live_checks.close()
         self.runner.close()
 
     def access_of(self, request: Request) -> Access:
-        """Of the port through which a request came."""
+        """The sessions of the port through which a request came."""
         return self.phone_ports.access_at(request.headers.get("host", "").lower()) or self.access
 
     def intake(self, case: ShelvedCase) -> Intake:
@@ -107,7 +107,7 @@ class AppState:
         return Intake(folder, secret_of(self.shelf.root))
 
 
-async def app_state_of(request: Request) -> AppState:  # so that no thread is asked for it
+async def app_state_of(request: Request) -> AppState:  # async: without a thread of the pool
     app_state: AppState = request.app.state.app_state
     return app_state
 

@@ -25,7 +25,8 @@ Which = Literal["scan", "rectified"]
 WhichHere = Annotated[
     Which, Query(description="The scan as it was computed, or the shape after the recipe.")
 ]
-Coordinates = tuple[float, float, float]
+_Coordinate = Annotated[float, Field(allow_inf_nan=False)]
+Coordinates = tuple[_Coordinate, _Coordinate, _Coordinate]
 
 
 class AskPoint(BaseModel):

@@ -106,7 +106,7 @@ def delete_template(app_state: AppStateHere, template_id: TemplateId) -> None:
 
 
 def _templates(app_state: AppState) -> Templates:
-    return Templates(app_state.shelf.root / "templates")
+    return Templates(app_state.shelf.templates)
 
 
 def _pair(app_state: AppState, case_id: str) -> Pair:

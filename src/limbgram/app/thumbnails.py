@@ -1,4 +1,4 @@
-"""Thumbnails: the limb alone, small and without a ground, of the report's picture."""
+"""Thumbnails: one view of the limb, cut out of the report's picture, background transparent."""
 
 import io
 from functools import lru_cache
@@ -8,10 +8,10 @@ import numpy as np
 from PIL import Image
 
 _SMALL_PX = 112
-_WORDS = (0.08, 0.94)
-"""Between these shares of the report's picture lie the views; above and below stand words."""
-_GROUND = 250
-"""As light as this in all three colours is the ground."""
+_VIEWS = (0.08, 0.94)
+"""Shares of the picture's height between which the views lie; text is above and below."""
+_BACKGROUND = 250
+"""Least brightness of the background, in all three channels."""
 
 
 @lru_cache(maxsize=256)
@@ -23,8 +23,8 @@ def thumbnail_of(picture: Path, _changed: int) -> bytes:
     """
     with Image.open(picture) as whole:
         pixels: np.ndarray = np.asarray(whole.convert("RGB"))
-    view = pixels[int(_WORDS[0] * len(pixels)) : int(_WORDS[1] * len(pixels))]
-    drawn = np.any(view < _GROUND, axis=2)
+    view = pixels[int(_VIEWS[0] * len(pixels)) : int(_VIEWS[1] * len(pixels))]
+    drawn = np.any(view < _BACKGROUND, axis=2)
     ends = np.flatnonzero(np.diff(np.pad(drawn.any(axis=0), 1).astype(np.int8)))
     runs = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > len(view) // 10]
     first, last = runs[0] if runs else (0, view.shape[1])

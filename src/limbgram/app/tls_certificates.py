@@ -1,11 +1,11 @@
-"""TLS certificates: what the app on a network proves itself by, and encrypts with.
+"""TLS certificates: the certificate and key of the app on a network.
 
 In      the address and names by which browsers reach this machine; or files of the clinic's own.
 Out     a certificate and its key as files, and the fingerprint that browsers show.
-Method  Made here: an elliptic key (P-256), signed by itself, good for 820 days, because some
-        systems refuse longer ones. It is kept, and made anew a month before its end and where an
-        address or a name is missing in it. Browsers do not know it: compare the fingerprint once.
-Fails   OptionsError: the given files are none, do not belong together, or are not valid today.
+Method  Self-signed, with an elliptic key (P-256), valid for 820 days, because some systems refuse
+        longer ones. It is kept, and renewed a month before its end or when an address or name is
+        missing in it. Browsers do not know it: compare the fingerprint once.
+Fails   OptionsError: the given files are no certificate and key, do not match, or are out of date.
 """
 
 import ipaddress
@@ -20,18 +20,18 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from limbgram.app.users import made_private
+from limbgram.app.users import make_private
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import read_content, written_whole
 
 _GOOD = timedelta(days=820)
 _RENEWED = timedelta(days=30)
-_LARGEST = 1_000_000
+_LARGEST_BYTES = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """Files of a certificate, and what is to be compared with the browser."""
+    """Files of a certificate and its key, and the fingerprint to compare in the browser."""
 
     file: Path
     key: Path
@@ -41,7 +41,7 @@ class Certificate:
 
 
 def own_certificate(folder: Path, names: Sequence[str]) -> Certificate:
-    """The certificate that this program made for itself; made now where there is none that fits.
+    """The program's own certificate; made now if there is none that fits.
 
     Args:
         folder: SHELF/access.
@@ -56,7 +56,7 @@ def own_certificate(folder: Path, names: Sequence[str]) -> Certificate:
                 return kept
         except OptionsError:
             pass  # damaged or over: another is made
-    made_private(folder)
+    make_private(folder)
     _make(file, key, names)
     return given_certificate(file, key)
 
@@ -65,7 +65,7 @@ def given_certificate(file: Path, key: Path) -> Certificate:
     """A certificate of the clinic's own.
 
     Raises:
-        OptionsError: it cannot be used, and why.
+        OptionsError: it cannot be used; says why.
     """
     found = _certificate(file)
     now = datetime.now(UTC)
@@ -86,14 +86,14 @@ def given_certificate(file: Path, key: Path) -> Certificate:
 
 
 def _no_password(key: Path) -> "bytes":
-    """A locked key is refused: nobody sits where the app starts to type a password."""
-    if b"ENCRYPTED" in read_content(key, _LARGEST, OptionsError, "Give a PEM file."):
+    """Refuse an encrypted key: nobody is there to type its password when the app starts."""
+    if b"ENCRYPTED" in read_content(key, _LARGEST_BYTES, OptionsError, "Give a PEM file."):
         raise OptionsError("app.tls.key_locked", key=str(key))
     return b""
 
 
 def _certificate(file: Path) -> x509.Certificate:
-    content = read_content(file, _LARGEST, OptionsError, "Give a PEM file.")
+    content = read_content(file, _LARGEST_BYTES, OptionsError, "Give a PEM file.")
     try:
         return x509.load_pem_x509_certificate(content)
     except ValueError as error:

@@ -1,11 +1,11 @@
 """Users: who may sign in on a network, by name and password.
 
 In      names and passwords, given on the clinic's machine itself (`limbgram app users`).
-Out     whether a password is right; a stamp that is another one after the password was changed.
-Method  SHELF/access/users.json keeps each password as argon2id makes it (RFC 9106, its second
+Out     whether a password is right; a stamp that changes with the password.
+Method  SHELF/access/users.json keeps an argon2id hash of each password (RFC 9106, its second
         recommended choice: 64 MiB, 3 passes), never the password. The file is read again when it
-        changed, so that a user who was removed is out at once. One password is tried at a time: it
-        takes 64 MiB, and guesses in numbers must not take the memory of the machine.
+        changes, so that a removed user is signed out at once. One password is verified at a time:
+        it takes 64 MiB, and many guesses must not exhaust the memory.
 Fails   OptionsError: a name or a password that cannot be used. CaseError: the file is damaged.
 """
 
@@ -15,14 +15,13 @@ import threading
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 
-from limbgram.cases.case_record import write_json
+from limbgram.cases.case_record import utc_now, write_json
 from limbgram.core.errors import CaseError, OptionsError, printable
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
@@ -33,7 +32,7 @@ LEAST_LETTERS = 12
 """NIST SP 800-63B asks for 8 where there is a second factor; here is none, and no rule on signs."""
 MOST_LETTERS = 200
 _NAME = re.compile(r"[^\W_][\w .'@-]{0,39}")
-_LARGEST = 1_000_000
+_LARGEST_BYTES = 1_000_000
 _SCHEMA = "limbgram-users/1"
 _AS_WRITTEN = Strictness(pass_over_unknown=True)
 
@@ -44,7 +43,7 @@ class User:
 
     name: str
     password: str
-    """As argon2id made it."""
+    """Its argon2id hash."""
     made: str
     """Date and time, UTC, of the password."""
 
@@ -86,24 +85,24 @@ class Users:
         return known[1]
 
     def named(self, name: str) -> User | None:
-        """The user of a name; capitals do not matter."""
+        """The user of a name, whatever the case of its letters; None if there is none."""
         wanted = _folded(name)
         return next((one for one in self.all() if _folded(one.name) == wanted), None)
 
     def stamp(self, name: str) -> str:
-        """Another one after the password was changed; empty where nobody has the name."""
+        """A stamp that changes with the password; empty if the name is unknown."""
         found = self.named(name)
         return "" if found is None else hashlib.sha256(found.password.encode()).hexdigest()
 
     def known_as(self, name: str) -> str:
-        """The name as it was given here, whatever its capitals; empty where nobody has it."""
+        """The user's name as registered, whatever the case of its letters; empty if unknown."""
         found = self.named(name)
         return "" if found is None else found.name
 
     def is_right(self, name: str, password: str) -> bool:
-        """Whether a password is that of a name; takes as long where nobody has the name."""
+        """Whether a password is right; takes as long for an unknown name."""
         found = self.named(name)
-        kept = self._nobodys if found is None else found.password
+        kept = self._hash_for_unknown if found is None else found.password
         with self._one_at_a_time:
             try:
                 right = self.hasher.verify(kept, _normal(password[:MOST_LETTERS]))
@@ -164,32 +163,31 @@ class Users:
 
     def _keep(self, name: str, password: str) -> User:
         password = _checked_password(name, password)
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        kept = User(name=name, password=self.hasher.hash(password), made=now)
+        kept = User(name=name, password=self.hasher.hash(password), made=utc_now())
         self._write([*(one for one in self.all() if _folded(one.name) != _folded(name)), kept])
         return kept
 
     def _write(self, users: Sequence[User]) -> None:
-        made_private(self.folder)
+        make_private(self.folder)
         kept = _File(users=tuple(sorted(users, key=lambda one: _folded(one.name))))
         write_json(self.file, tree_of(kept))
         self.file.chmod(0o600)
 
     def _from_disk(self) -> tuple[User, ...]:
         try:
-            tree = json_of(read_content(self.file, _LARGEST, CaseError))
+            tree = json_of(read_content(self.file, _LARGEST_BYTES, CaseError))
             return value_of(tree, _File, strictness=_AS_WRITTEN).users
         except (Mismatch, ValueError) as error:
             raise CaseError("app.user.list_damaged", file=str(self.file), why=str(error)) from error
 
     @cached_property
-    def _nobodys(self) -> str:
-        """What is tried where nobody has the name: it takes as long, and nothing fits it."""
+    def _hash_for_unknown(self) -> str:
+        """A hash to verify against for unknown names, so that the answer takes as long."""
         return self.hasher.hash("nobody has this password")
 
 
-def made_private(folder: Path) -> Path:
-    """A folder that only the owner of the program can open, on systems that know owners."""
+def make_private(folder: Path) -> Path:
+    """Make a folder that only its owner can open, on systems with owners."""
     folder.mkdir(parents=True, exist_ok=True)
     folder.chmod(0o700)
     return folder
@@ -219,7 +217,7 @@ def _checked_password(name: str, password: str) -> str:
 
 
 def _normal(text: str) -> str:
-    """Keyboards write the same letter in different ways."""
+    """The text in NFC: keyboards encode the same letter in different ways."""
     return unicodedata.normalize("NFC", text)
 
 

@@ -1,13 +1,13 @@
-"""Attempt: one try at a capture: from its files to a finished case and the batch's steps after it.
+"""Attempt: one try at a capture: from its files to a finished case, then the batch's steps.
 
 In      a Plan: the capture, the job of its case, the steps after the surface.
 Out     an Outcome, whatever happens: nothing that is wrong with one capture stops another.
         CASE/batch/STEP/ holds what a step wrote, CASE/batch/done.json what was done and from what.
 Method  The case is made by its killable process (`job_supervision`), as `limbgram reconstruct`
-        has it made. A capture of which nothing has changed since it was finished is not begun:
-        neither its files, nor what is asked for, nor the program, nor a byte of what was made. Else
-        the case computes what is missing, and each step is run again if what it reads has changed.
-        An alignment that was corrected by hand since is kept, and what follows is done from it.
+        has it made. A finished capture is not begun again while its files, the request, the program
+        and every byte of the result are unchanged. Else the case computes what is missing, and each
+        step is run again if what it reads has changed. An alignment that was corrected by hand
+        since is kept, and the steps after it start from it.
 """
 
 import hashlib
@@ -23,10 +23,11 @@ from limbgram.batch.captures import Capture, sources_in
 from limbgram.batch.memory import MemoryGate, need_mb
 from limbgram.batch.steps import Places, Step, StepRefused, run_step
 from limbgram.batch.stopping import Stopping
+from limbgram.batch.storage import batch_folder
 from limbgram.cases.case_record import read_record, write_json
 from limbgram.cases.child_process import Event
 from limbgram.cases.deliverables import surface_of
-from limbgram.cases.fingerprint import code_version, file_sha256
+from limbgram.cases.fingerprint import code_version, file_sha256, sha256_if_readable
 from limbgram.cases.folder import CaseFolder, incoming, locked
 from limbgram.cases.job_messages import Job, plain_tree
 from limbgram.cases.job_supervision import GRACE_S, JobBug, JobDied, Supervision
@@ -49,7 +50,7 @@ from limbgram.report.verdict_light import Light
 from limbgram.workbench.limb import marked_red
 
 State = Literal["finished", "unchanged", "refused", "died", "failed", "cancelled"]
-"""What became of a capture; died: the system or a library ended its process."""
+"""How an attempt ended; died: the system or a library ended its process."""
 
 _SCHEMA = "limbgram-batch-case/1"
 _LARGEST_BYTES = 16_000_000
@@ -97,7 +98,7 @@ class StepOutcome:
     files: tuple[WrittenFile, ...] = ()
 
     @property
-    def told(self) -> str:
+    def reason(self) -> str:
         """Why it was not done, in words."""
         return self.message if self.finding is None else told(self.finding)
 
@@ -124,10 +125,10 @@ class Outcome:
     seconds: float = 0.0
     steps: tuple[StepOutcome, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
-    """What was left out of a result, and why; without a result the message says it."""
+    """What was left out of a result, and why; without a result the finding says it."""
 
     @property
-    def told(self) -> str:
+    def reason(self) -> str:
         """Why it has no result, in words."""
         return self.message if self.finding is None else told(self.finding)
 
@@ -158,7 +159,7 @@ class _Summary:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Done:
+class _BatchRecord:
     """What CASE/batch/done.json holds."""
 
     schema: str = _SCHEMA
@@ -176,29 +177,29 @@ def attempt(
     gate: MemoryGate,
     grace_s: float = GRACE_S,
 ) -> Outcome:
-    """Do what is to be done with a capture, once.
+    """Make one attempt at a capture.
 
     Args:
-        number: How many attempts this makes.
-        grace_s: Time that a step of the reconstruction gets to end where it is stopped.
+        number: Of the attempt, from 1.
+        grace_s: Time that a running stage of the reconstruction gets to end when it is stopped.
     """
     began = time.monotonic()
-    base = begun(plan, number)
+    base = undecided_outcome(plan, number)
     try:
         stopping.check()
         if plan.refusal is not None:
             raise plan.refusal
-        with locked(_own_folder(CaseFolder(plan.job.case))):
+        with locked(batch_folder(CaseFolder(plan.job.case))):
             try:
-                outcome = _done(plan, cases, base, listener, stopping, gate, grace_s)
+                outcome = _made(plan, cases, base, listener, stopping, gate, grace_s)
             finally:
-                shutil.rmtree(_unpacked(plan, cases), ignore_errors=True)
+                shutil.rmtree(_unpack_folder(plan, cases), ignore_errors=True)
     except Cancelled as error:
-        outcome = ended(base, "cancelled", error)
+        outcome = failed_outcome(base, "cancelled", error)
     except JobDied as error:
-        outcome = ended(base, "died", error)
+        outcome = failed_outcome(base, "died", error)
     except LimbgramError as error:
-        outcome = ended(base, "refused", error)
+        outcome = failed_outcome(base, "refused", error)
     except JobBug as bug:
         outcome = replace(
             base,
@@ -212,29 +213,31 @@ def attempt(
     except OSError as error:
         if error.errno is None:
             raise
-        outcome = ended(base, "refused", CaseError.of(disk_finding(error)))
+        outcome = failed_outcome(base, "refused", CaseError.of(disk_finding(error)))
     return replace(outcome, seconds=round(time.monotonic() - began, 2))
 
 
-def begun(plan: Plan, number: int) -> Outcome:
-    """The outcome of a capture of which nothing is known yet."""
+def undecided_outcome(plan: Plan, number: int) -> Outcome:
+    """The outcome of a capture before anything is known of it."""
     source = plan.capture.path.name
     return Outcome(name=plan.capture.name, source=source, state="refused", attempts=number)
 
 
-def standing(plan: Plan, number: int) -> Outcome | None:
-    """What an earlier batch made of a capture, where nothing has changed since; it is only read.
+def unchanged_outcome(plan: Plan, number: int) -> Outcome | None:
+    """The result of an earlier batch, if nothing has changed since; nothing is written.
 
-    Of a capture whose files or case cannot be read nothing stands: the attempt says why.
+    None also where files or case cannot be read: the attempt says why.
     """
     case = CaseFolder(plan.job.case)
     try:
-        return _standing(begun(plan, number), case, _key(plan), _kept(case))
+        return _unchanged(
+            undecided_outcome(plan, number), case, _key(plan), _read_batch_record(case)
+        )
     except (LimbgramError, OSError):
         return None
 
 
-def ended(base: Outcome, state: State, error: LimbgramError) -> Outcome:
+def failed_outcome(base: Outcome, state: State, error: LimbgramError) -> Outcome:
     """An outcome without a result, with the reason."""
     return replace(
         base,
@@ -245,13 +248,7 @@ def ended(base: Outcome, state: State, error: LimbgramError) -> Outcome:
     )
 
 
-def thumbnail_of(case: Path) -> Path | None:
-    """The picture of a case's surface."""
-    found = CaseFolder(case).report / "surface.png"
-    return found if found.is_file() else None
-
-
-def _done(
+def _made(
     plan: Plan,
     cases: Path,
     base: Outcome,
@@ -261,27 +258,27 @@ def _done(
     grace_s: float,
 ) -> Outcome:
     case = CaseFolder(plan.job.case)
-    key, kept = _key(plan), _kept(case)
-    standing = _standing(base, case, key, kept)
-    if standing is not None:
-        return standing
+    key, earlier = _key(plan), _read_batch_record(case)
+    unchanged = _unchanged(base, case, key, earlier)
+    if unchanged is not None:
+        return unchanged
     job = replace(plan.job, sources=_sources(plan, cases))
     with gate.hold(need_mb(job.sources), stopping):
         _wait_until_free(case, stopping)
         supervision = Supervision(job, listener, grace_s=grace_s)
         with stopping.calling(supervision.stop):
             supervision.wait()
-    steps = tuple(_after(plan, case, kept, listener, stopping))
-    whole = all(step.state in ("done", "kept") for step in steps)
-    _keep(case, _Done(key=key if whole else "", steps=steps))
-    return _judged(base, case, steps, "finished")
+    steps = tuple(_run_steps(plan, case, earlier, listener, stopping))
+    complete = all(step.state in ("done", "kept") for step in steps)
+    _write_batch_record(case, _BatchRecord(key=key if complete else "", steps=steps))
+    return _with_verdict(base, case, steps, "finished")
 
 
-def _standing(base: Outcome, case: CaseFolder, key: str, kept: _Done) -> Outcome | None:
-    if kept.key != key or not _is_whole(case, kept):
+def _unchanged(base: Outcome, case: CaseFolder, key: str, earlier: _BatchRecord) -> Outcome | None:
+    if earlier.key != key or not _is_intact(case, earlier):
         return None
-    steps = tuple(replace(step, state="kept") for step in kept.steps)
-    return _judged(base, case, steps, "unchanged")
+    steps = tuple(replace(step, state="kept") for step in earlier.steps)
+    return _with_verdict(base, case, steps, "unchanged")
 
 
 def _wait_until_free(case: CaseFolder, stopping: Stopping) -> None:
@@ -306,29 +303,34 @@ def _sources(plan: Plan, cases: Path) -> tuple[Path, ...]:
     """Where the photos lie; a zip is unpacked beside the cases for as long as it is worked on."""
     place = plan.capture.path
     if plan.capture.kind == "zip":
-        place = unpack(place, _unpacked(plan, cases))
-    return _found_in(place, plan.photos)
+        place = unpack(place, _unpack_folder(plan, cases))
+    return _sources_in(place, plan.photos)
 
 
-def _found_in(place: Path, photos: str | None) -> tuple[Path, ...]:
+def _sources_in(place: Path, photos: str | None) -> tuple[Path, ...]:
     inside = place if photos is None or place.is_file() else place / photos
     if not inside.exists():
         raise PhotoError("batch.no_photos_folder", capture=str(place), folder=photos)
     return sources_in(inside)
 
 
-def _unpacked(plan: Plan, cases: Path) -> Path:
+def _unpack_folder(plan: Plan, cases: Path) -> Path:
     return cases / _UNPACKED / plan.capture.name
 
 
 def _key(plan: Plan) -> str:
-    """What the results hang on: the bytes of all files, what is asked for, the program."""
+    """Key of what the results depend on: the bytes of all files, the request, the program."""
     tree: dict[str, Any] = plain_tree(replace(plan.job, sources=()))
     del tree["case"]
-    tree["camera_files"] = [_sha256(file) for file in plan.job.camera_files]
+    tree["camera_files"] = [sha256_if_readable(file) for file in plan.job.camera_files]
     tree["sources"] = _content(plan)
     tree["steps"] = [
-        [step.name, *step.words, *(_sha256(file) for file in step.files), code_version(step.module)]
+        [
+            step.name,
+            *step.words,
+            *(sha256_if_readable(file) for file in step.files),
+            code_version(step.module),
+        ]
         for step in plan.steps
     ]
     tree["program"] = code_version("limbgram.cases.job")
@@ -336,49 +338,41 @@ def _key(plan: Plan) -> str:
 
 
 def _content(plan: Plan) -> list[list[str]]:
-    """Names and hashes of what the capture consists of."""
+    """Names and hashes of the capture's files."""
     place = plan.capture.path
     if place.is_file():
         return [[place.suffix, file_sha256(place), plan.photos or ""]]
-    sources = _found_in(place, plan.photos)
+    sources = _sources_in(place, plan.photos)
     if any(is_video(source) for source in sources):
         return [[source.name, file_sha256(source)] for source in sources]
     pictures, _ = incoming(sources)
-    return sorted([name.as_posix(), _sha256(source)] for source, name in pictures)
-
-
-def _sha256(path: Path) -> str:
-    """Of a file; one that cannot be read is told about by whoever needs it."""
-    try:
-        return file_sha256(path)
-    except OSError:
-        return "unreadable"
+    return sorted([name.as_posix(), sha256_if_readable(source)] for source, name in pictures)
 
 
 def _hash(tree: object) -> str:
     return hashlib.sha256(json.dumps(tree, sort_keys=True).encode()).hexdigest()
 
 
-def _is_whole(case: CaseFolder, kept: _Done) -> bool:
-    """Whether every file of the case and of the steps is there as it was made."""
+def _is_intact(case: CaseFolder, batch_record: _BatchRecord) -> bool:
+    """Whether every file of the case and of the steps is still as it was written."""
     try:
         record = read_record(case)
     except LookupError:
         return False
     pages = (case.page, case.summary, case.accuracy("json"), case.accuracy("html"))
-    made = [(file.path, file.sha256) for file in record.files]
-    made += [(file.path, file.sha256) for step in kept.steps for file in step.files]
+    written = [(file.path, file.sha256) for file in record.files]
+    written += [(file.path, file.sha256) for step in batch_record.steps for file in step.files]
     return (
         record.state == "finished"
         and all(page.is_file() for page in pages)
-        and all(_sha256(case.root / path) == sha256 for path, sha256 in made)
+        and all(sha256_if_readable(case.root / path) == sha256 for path, sha256 in written)
     )
 
 
-def _judged(
+def _with_verdict(
     base: Outcome, case: CaseFolder, steps: tuple[StepOutcome, ...], state: State
 ) -> Outcome:
-    """The outcome with the verdict of the case, which is the one that its page shows."""
+    """The outcome with the verdict of the case's summary, which its report shows too."""
     try:
         tree = json_of(read_content(case.summary, _LARGEST_BYTES, CaseError))
         summary = value_of(tree, _Summary, "", _AS_WRITTEN)
@@ -402,28 +396,28 @@ def _judged(
 
 
 _BY_WEIGHT = (0, RED_EXIT_CODE, 4, 2, 3, 5, 6, 1, 130)
-"""Exit codes, the worst last: a red result, one that the photos cannot give, what was asked for
-wrongly, files that cannot be read or written, a process that died, a fault of ours, stopped."""
+"""Exit codes, the worst last: red result, photos that give no result, wrong options, files that
+cannot be read or written, process that died, bug of the program, stopped."""
 
 
 def worst_of(codes: Sequence[int]) -> int:
-    """The exit code that tells the worst of several."""
+    """The worst of several exit codes."""
     return max((0, *codes), key=lambda code: _BY_WEIGHT.index(code) if code in _BY_WEIGHT else 7)
 
 
-def _after(
+def _run_steps(
     plan: Plan,
     case: CaseFolder,
-    kept: _Done,
+    earlier: _BatchRecord,
     listener: Callable[[Event], None],
     stopping: Stopping,
 ) -> Iterator[StepOutcome]:
-    """Do the steps in their order; what needs one that was refused is not tried."""
+    """Run the steps in their order; a step whose input was refused is not tried."""
     surface = surface_of(case.deliverables)
     shape = surface
-    earlier = {step.name: step for step in kept.steps}
+    earlier_steps = {step.name: step for step in earlier.steps}
     broken: StepOutcome | None = None
-    done: list[StepOutcome] = []
+    outcomes: list[StepOutcome] = []
     for step in plan.steps:
         stopping.check()
         if broken is not None:
@@ -431,12 +425,12 @@ def _after(
             yield replace(broken, name=step.name, finding=why, files=(), key="")
             continue
         listener({"event": "progress", "stage": f"then {step.name}", "done": 0, "total": 0})
-        out = _own_folder(case).root / step.name
+        out = batch_folder(case).root / step.name
         edited = out / surface.name.replace("surface", "rectified")
         places = Places(surface=surface, shape=shape, edited=edited, case=case.root, out=out)
-        outcome = _step(step, places, case, earlier.get(step.name), stopping)
-        done.append(outcome)
-        _keep(case, _Done(steps=tuple(done)))
+        outcome = _run_or_keep(step, places, case, earlier_steps.get(step.name), stopping)
+        outcomes.append(outcome)
+        _write_batch_record(case, _BatchRecord(steps=tuple(outcomes)))
         yield outcome
         if outcome.state in ("refused", "died"):
             broken = outcome if step.kind in ("align", "recipe") else None
@@ -444,16 +438,16 @@ def _after(
             shape = edited
 
 
-def _step(
-    step: Step, places: Places, case: CaseFolder, before: StepOutcome | None, stopping: Stopping
+def _run_or_keep(
+    step: Step, places: Places, case: CaseFolder, earlier: StepOutcome | None, stopping: Stopping
 ) -> StepOutcome:
     key = _step_key(step, places)
-    if before is not None and before.key == key and _stands(step, before, case):
-        return _as_kept(step, before, places, case)
+    if earlier is not None and earlier.key == key and _has_its_files(step, earlier, case):
+        return _as_kept(step, earlier, places, case)
     shutil.rmtree(places.out, ignore_errors=True)
     places.out.mkdir(parents=True)
     try:
-        reply = run_step(_marked(step, places), places, stopping)
+        reply = run_step(_named_as_red(step, places), places, stopping)
     except Cancelled:
         raise
     except LimbgramError as error:
@@ -474,8 +468,8 @@ def _step(
     return StepOutcome(name=step.name, state="done", key=key, files=_files(step, places, case))
 
 
-def _marked(step: Step, places: Places) -> Step:
-    """Files of a red result are named as what they are."""
+def _named_as_red(step: Step, places: Places) -> Step:
+    """The step, its exported file named as red where the surface is."""
     if step.kind != "export" or places.surface.name == "surface.ply":
         return step
     at = step.words.index("-o") + 1
@@ -484,24 +478,26 @@ def _marked(step: Step, places: Places) -> Step:
 
 
 def _step_key(step: Step, places: Places) -> str:
-    """What a step reads: the shape, its limb file unless it is the one that writes it, its code."""
+    """Key of what a step reads: the shape, its limb file (but for align, which writes it), code."""
     reads = [places.surface, places.shape, *step.files]
     if step.kind != "align":
         reads += [limb_file_beside(places.surface), limb_file_beside(places.shape)]
-    return _hash([step.words, [_sha256(file) for file in reads], code_version(step.module)])
+    hashes = [sha256_if_readable(file) for file in reads]
+    return _hash([step.words, hashes, code_version(step.module)])
 
 
-def _stands(step: Step, before: StepOutcome, case: CaseFolder) -> bool:
+def _has_its_files(step: Step, earlier: StepOutcome, case: CaseFolder) -> bool:
+    """Whether a step's files are as they were written; those of align may be edited by hand."""
     if step.kind == "align":
-        return all((case.root / file.path).is_file() for file in before.files)
-    return all(_sha256(case.root / file.path) == file.sha256 for file in before.files)
+        return all((case.root / file.path).is_file() for file in earlier.files)
+    return all(sha256_if_readable(case.root / file.path) == file.sha256 for file in earlier.files)
 
 
-def _as_kept(step: Step, before: StepOutcome, places: Places, case: CaseFolder) -> StepOutcome:
+def _as_kept(step: Step, earlier: StepOutcome, places: Places, case: CaseFolder) -> StepOutcome:
     """The outcome of an earlier run, with the files as they are now."""
     files = _files(step, places, case)
-    finding = before.finding if files == before.files else note("batch.limb_kept_by_hand")
-    return replace(before, state="kept", finding=finding, files=files)
+    finding = earlier.finding if files == earlier.files else note("batch.limb_kept_by_hand")
+    return replace(earlier, state="kept", finding=finding, files=files)
 
 
 def _files(step: Step, places: Places, case: CaseFolder) -> tuple[WrittenFile, ...]:
@@ -514,26 +510,21 @@ def _files(step: Step, places: Places, case: CaseFolder) -> tuple[WrittenFile, .
     )
 
 
-def _own_folder(case: CaseFolder) -> CaseFolder:
-    """Where a batch keeps its own files of a case; its lock keeps two batches apart."""
-    return CaseFolder(case.root / "batch")
+def _batch_record_file(case: CaseFolder) -> Path:
+    return batch_folder(case).root / "done.json"
 
 
-def _place(case: CaseFolder) -> Path:
-    return _own_folder(case).root / "done.json"
-
-
-def _kept(case: CaseFolder) -> _Done:
-    """What an earlier batch did; nothing where that cannot be read."""
-    place = _place(case)
-    if not place.is_file():
-        return _Done()
+def _read_batch_record(case: CaseFolder) -> _BatchRecord:
+    """What an earlier batch did; an empty record where there is none that can be read."""
+    file = _batch_record_file(case)
+    if not file.is_file():
+        return _BatchRecord()
     try:
-        kept = value_of(json_of(read_content(place, _LARGEST_BYTES, CaseError)), _Done)
+        record = value_of(json_of(read_content(file, _LARGEST_BYTES, CaseError)), _BatchRecord)
     except (CaseError, ValueError):
-        return _Done()
-    return kept if kept.schema == _SCHEMA else _Done()
+        return _BatchRecord()
+    return record if record.schema == _SCHEMA else _BatchRecord()
 
 
-def _keep(case: CaseFolder, done: _Done) -> None:
-    write_json(_place(case), tree_of(done))
+def _write_batch_record(case: CaseFolder, record: _BatchRecord) -> None:
+    write_json(_batch_record_file(case), tree_of(record))

@@ -21,16 +21,16 @@ _ZIP = ".zip"
 
 @dataclass(frozen=True, kw_only=True)
 class Capture:
-    """One capture as it lies there."""
+    """One capture: a folder of photos, a zip or a video."""
 
     name: str
-    """Of its case, too."""
+    """Also the name of its case."""
     path: Path
     kind: CaptureKind
 
 
 def find_captures(folder: Path, batch: Batch, cases: Path) -> tuple[Capture, ...]:
-    """The captures of a folder; hidden ones and the cases themselves are none.
+    """The captures of a folder, without hidden files and the folder of the cases.
 
     Raises:
         OptionsError: there is no capture, or two would become one case.
@@ -61,14 +61,14 @@ def find_captures(folder: Path, batch: Batch, cases: Path) -> tuple[Capture, ...
 
 
 def loose_photos(folder: Path) -> int:
-    """Photos that lie beside the captures and belong to none."""
+    """Number of photos that lie beside the captures and belong to none."""
     return len(files_by_kind(path for path in sorted(folder.iterdir()) if path.is_file()).pictures)
 
 
 def sources_in(folder: Path) -> tuple[Path, ...]:
-    """What is reconstructed of a folder: the folder, or the videos in one without photos."""
+    """What to reconstruct from a folder: the folder itself, or the videos in one without photos."""
     if not folder.is_dir():
-        return (folder,)  # whoever reads it says what is wrong
+        return (folder,)  # a file; or missing, which reading it reports
     files = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".")]
     videos = tuple(path for path in files if path.is_file() and is_video(path))
     return videos if videos and not files_by_kind(files).pictures else (folder,)

@@ -4,10 +4,10 @@ In      Plans, the address of the scheduler (or local:4, which starts four worke
         captures and cases lie.
 Out     Outcomes in the order of the plans; events on the way, as a batch on one machine tells them.
 Method  Each capture is a task that starts a process (`dask_task`, `attempt_process`). This process
-        alone accepts what the workers bring (`storage`), one attempt a capture. A capture whose
-        process or worker died is given out again, elsewhere if there is another worker, so many
-        times. When the scheduler is lost, it is called until it is back, and what was not finished
-        is given out once more.
+        alone accepts what the workers upload (`storage`), one attempt a capture. A capture whose
+        process or worker died is submitted again, to another worker if there is one, up to
+        `attempts` times. When the scheduler is lost, this process reconnects until it is back, and
+        submits unfinished captures once more.
 Fails   OptionsError: nobody answers at the address, or versions differ.
 """
 
@@ -29,7 +29,7 @@ from typing import Any, cast
 from dask import config as dask_config
 from distributed import Client, Future, KilledWorker, LocalCluster
 
-from limbgram.batch.attempt import Outcome, Plan, begun, ended
+from limbgram.batch.attempt import Outcome, Plan, failed_outcome, undecided_outcome
 from limbgram.batch.attempt_process import MODULE, Result, order_of, result_of
 from limbgram.batch.dask_task import run_attempt
 from limbgram.batch.local_run import ended_event
@@ -42,14 +42,14 @@ from limbgram.core.errors import Cancelled, LimbgramError, OptionsError
 from limbgram.findings import Finding, fault, note
 
 LOCAL = "local:"
-_COMPARED = ("python", "dask", "distributed", "msgpack", "cloudpickle")
+_COMPARED_PACKAGES = ("python", "dask", "distributed", "msgpack", "cloudpickle")
 _POLL_S = 0.2
-_LOOK_S = 1.0
+_RECONNECT_STEP_S = 1.0
 _CONNECT_S = 10.0
-_EVENTS_A_SECOND = 200.0
-"""Of all workers together: what a scheduler passes on without noticing."""
-_LEAST_S = 0.5
-_MOST_TOLD = 5
+_EVENTS_PER_S = 200.0
+"""Of all workers together: a load that a scheduler does not notice."""
+_LEAST_EVENT_STEP_S = 0.5
+_LISTED_AT_MOST = 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,18 +64,18 @@ class ClusterOptions:
     cases: str
     """Folder or URL."""
     at_once: int | None = None
-    """Captures given out at a time, at most; None: all, and the scheduler holds them."""
+    """Captures submitted at a time, at most; None: all, and the scheduler queues them."""
     attempts: int = 3
     """For a capture whose process or worker dies."""
     patience_s: float = 600.0
-    """So long a scheduler that was lost is called."""
+    """How long to try to reach a scheduler that was lost."""
     module: str = MODULE
     """What the process of an attempt runs."""
 
 
 @dataclass(frozen=True)
-class _Given:
-    """A capture that is given out."""
+class _Submitted:
+    """A capture that is submitted as a task."""
 
     plan: Plan
     number: int
@@ -93,12 +93,12 @@ class ClusterRun:
     results: list[Result] = field(default_factory=list[Result])
     """What attempts answered, with the times that they took."""
     _outcomes: dict[str, Outcome] = field(default_factory=dict[str, Outcome])
-    _given: dict[str, _Given] = field(default_factory=dict[str, _Given])
+    _submitted: dict[str, _Submitted] = field(default_factory=dict[str, _Submitted])
     _waiting: list[tuple[Plan, int, str]] = field(default_factory=list[tuple[Plan, int, str]])
-    _begun: dict[str, set[str]] = field(default_factory=dict[str, set[str]])
-    _heard: "queue.SimpleQueue[Event | str]" = field(default_factory=lambda: queue.SimpleQueue())
-    """Events, and names of captures whose task is done, in the order in which they came."""
-    _workers_seen: int = 0
+    _attempt_tokens: dict[str, set[str]] = field(default_factory=dict[str, set[str]])
+    _inbox: "queue.SimpleQueue[Event | str]" = field(default_factory=lambda: queue.SimpleQueue())
+    """Events, and names of captures whose task is done, in the order of arrival."""
+    _worker_count: int = 0
     _topic: str = field(default_factory=lambda: f"limbgram-{secrets.token_hex(8)}")
 
     def wait(self) -> tuple[Outcome, ...]:
@@ -106,7 +106,9 @@ class ClusterRun:
         cases = cases_at(self.options.cases)
         for plan in self.plans:
             if plan.refusal is not None:
-                self._end(plan, 1, ended(begun(plan, 1), "refused", plan.refusal))
+                self._end(
+                    plan, 1, failed_outcome(undecided_outcome(plan, 1), "refused", plan.refusal)
+                )
             else:
                 self._waiting.append((plan, 1, ""))
         with ExitStack() as held:
@@ -120,16 +122,16 @@ class ClusterRun:
         for plan in self.plans:
             if plan.capture.name not in self._outcomes:
                 stopped = Cancelled("job.command_stopped")
-                self._end(plan, 1, ended(begun(plan, 1), "cancelled", stopped))
+                self._end(plan, 1, failed_outcome(undecided_outcome(plan, 1), "cancelled", stopped))
         return tuple(self._outcomes[plan.capture.name] for plan in self.plans)
 
     def _work(self, address: str, workers: int, cases: Cases) -> None:
-        """Give out, and give out again what a scheduler lost, until every capture has ended."""
+        """Submit captures, and again those that a scheduler lost, until every one has ended."""
         lost_at, first = 0.0, True
         while first or self._waiting:
             try:
                 with _connected(address) as client:
-                    self._workers_seen = seen = require_same(client)
+                    self._worker_count = seen = require_same_versions(client)
                     if first:
                         cases.begin()
                         at_once = workers or seen
@@ -137,51 +139,51 @@ class ClusterRun:
                             {"event": "planned", "captures": len(self.plans), "at_once": at_once}
                         )
                     first, lost_at = False, 0.0
-                    client.subscribe_topic(self._topic, self._hear)
+                    client.subscribe_topic(self._topic, self._on_event)
                     try:
                         self._follow(client, workers, cases)
                     finally:
-                        client.cancel([one.future for one in self._given.values()], force=True)
+                        client.cancel([one.future for one in self._submitted.values()], force=True)
             except OptionsError:
                 if first or (lost_at and time.monotonic() - lost_at > self.options.patience_s):
                     raise
                 lost_at = lost_at or time.monotonic()
-                time.sleep(_LOOK_S)
-            self._take_back()
+                time.sleep(_RECONNECT_STEP_S)
+            self._requeue()
             if self._waiting:
                 self.listener({"event": "lost", "what": "scheduler"})
 
     def _follow(self, client: Client, workers: int, cases: Cases) -> None:
-        """Until every capture has ended, or the scheduler is lost."""
-        while (self._waiting or self._given) and not self._is_lost(client):
-            self._give_out(client, workers)
+        """Handle events and results until every capture has ended, or the scheduler is lost."""
+        while (self._waiting or self._submitted) and not self._is_lost(client):
+            self._submit(client, workers)
             try:
-                heard = self._heard.get(timeout=_POLL_S)
+                item = self._inbox.get(timeout=_POLL_S)
             except queue.Empty:
                 continue
-            if not isinstance(heard, str):
-                self._pass_on(heard)
-            elif heard in self._given and self._given[heard].future.done():
+            if not isinstance(item, str):
+                self._forward(item)
+            elif item in self._submitted and self._submitted[item].future.done():
                 try:
-                    answer = _answer(self._given[heard].future)
+                    answer = _answer(self._submitted[item].future)
                 except (CancelledError, OSError):
                     return
-                self._take(self._given.pop(heard), answer, cases)
+                self._end_task(self._submitted.pop(item), answer, cases)
 
     def _is_lost(self, client: Client) -> bool:
         """A client that finds its scheduler again by itself has lost all its tasks and topics."""
-        oldest = next(iter(self._given.values()), None)
+        oldest = next(iter(self._submitted.values()), None)
         return client.status != "running" or (oldest is not None and oldest.future.cancelled())
 
-    def _take_back(self) -> None:
-        """What was given out and has no answer waits again."""
-        self._waiting += [(one.plan, one.number, "") for one in self._given.values()]
-        self._given.clear()
+    def _requeue(self) -> None:
+        """Let submitted captures without an answer wait again."""
+        self._waiting += [(one.plan, one.number, "") for one in self._submitted.values()]
+        self._submitted.clear()
 
-    def _give_out(self, client: Client, workers: int) -> None:
+    def _submit(self, client: Client, workers: int) -> None:
         most = self.options.at_once or len(self.plans)
-        every_s = max(_LEAST_S, self._workers_seen / _EVENTS_A_SECOND)
-        while self._waiting and len(self._given) < most:
+        every_s = max(_LEAST_EVENT_STEP_S, self._worker_count / _EVENTS_PER_S)
+        while self._waiting and len(self._submitted) < most:
             plan, number, elsewhere = self._waiting.pop(0)
             name = plan.capture.name
             try:
@@ -189,7 +191,9 @@ class ClusterRun:
                     plan, self.options.captures, self.options.folder, self.options.cases, number
                 )
             except LimbgramError as error:
-                self._end(plan, number, ended(begun(plan, number), "refused", error))
+                self._end(
+                    plan, number, failed_outcome(undecided_outcome(plan, number), "refused", error)
+                )
                 continue
             others = [one for one in _addresses(client) if one != elsewhere] if elsewhere else []
             future = client.submit(
@@ -205,16 +209,18 @@ class ClusterRun:
                 workers=others or None,
                 allow_other_workers=bool(others),
             )
-            self._given[name] = _Given(plan, number, future)
-            future.add_done_callback(partial(self._tell_done, name))
+            self._submitted[name] = _Submitted(plan, number, future)
+            future.add_done_callback(partial(self._on_task_done, name))
 
-    def _tell_done(self, name: str, _: object) -> None:
+    def _on_task_done(self, name: str, _: object) -> None:
         """Called by the client's own thread."""
-        self._heard.put(name)
+        self._inbox.put(name)
 
-    def _take(self, given: _Given, answer: "str | BaseException | None", cases: Cases) -> None:
-        """What became of a task: an answer, a worker that was lost, a fault."""
-        plan, number = given.plan, given.number
+    def _end_task(
+        self, submitted: _Submitted, answer: "str | BaseException | None", cases: Cases
+    ) -> None:
+        """Take the answer of a task, a lost worker or an error as the outcome; or try again."""
+        plan, number = submitted.plan, submitted.number
         name, where = plan.capture.name, ""
         if isinstance(answer, str):
             tree: dict[str, Any] = json.loads(answer)
@@ -222,7 +228,7 @@ class ClusterRun:
             outcome = self._accepted(plan, number, tree, cases)
         else:
             outcome = _without_answer(plan, number, answer)
-        outcome = replace(outcome, attempts=max(number, len(self._begun.get(name, ()))))
+        outcome = replace(outcome, attempts=max(number, len(self._attempt_tokens.get(name, ()))))
         again = outcome.died and number < self.options.attempts
         if again:
             self._waiting.append((plan, number + 1, where))
@@ -231,8 +237,8 @@ class ClusterRun:
             self._end(plan, number, outcome)
 
     def _accepted(self, plan: Plan, number: int, tree: dict[str, Any], cases: Cases) -> Outcome:
-        """The outcome that a process answered, once what it brought is the case."""
-        base = begun(plan, number)
+        """The outcome that a process answered, once the attempt is accepted as the case."""
+        base = undecided_outcome(plan, number)
         if "ended" in tree:
             return _process_ended(base, tree)
         result = result_of(tree["result"])
@@ -241,24 +247,24 @@ class ClusterRun:
             try:
                 cases.accept(plan.capture.name, result.token, result.seen, result.bytes_brought)
             except LimbgramError as error:
-                return ended(base, "refused", error)
+                return failed_outcome(base, "refused", error)
         return result.outcome
 
     def _end(self, plan: Plan, number: int, outcome: Outcome) -> None:
         self._outcomes[plan.capture.name] = outcome
         self.listener(ended_event(outcome, number, again=False))
 
-    def _hear(self, told: tuple[float, Event]) -> None:
-        """Called by the client's own thread."""
-        self._heard.put(told[1])
+    def _on_event(self, logged: tuple[float, Event]) -> None:
+        """Called by the client's own thread, with the time and the event."""
+        self._inbox.put(logged[1])
 
-    def _pass_on(self, event: Event) -> None:
+    def _forward(self, event: Event) -> None:
         key = str(event["key"])
         name = key.removeprefix(f"{self._topic}-").rpartition("-")[0]
-        if name not in self._given:
+        if name not in self._submitted:
             return
         if event["event"] == "begun":
-            tokens = self._begun.setdefault(name, set())
+            tokens = self._attempt_tokens.setdefault(name, set())
             tokens.add(event["token"])
             self.listener({"event": "begun", "capture": name, "attempt": len(tokens)})
         elif event["event"] == "progress":
@@ -281,7 +287,7 @@ def _addresses(client: Client) -> list[str]:
     return list(client.scheduler_info(n_workers=-1)["workers"])
 
 
-def require_same(client: Client) -> int:
+def require_same_versions(client: Client) -> int:
     """Compare what is installed here and there; returns the number of workers.
 
     Workers that come later are compared by each attempt.
@@ -294,40 +300,40 @@ def require_same(client: Client) -> int:
     others = {"the scheduler": versions["scheduler"], **versions["workers"]}
     differing: list[Finding] = [
         note("dask.other_version", where=name, what=one, there=there.get(one), here=here[one])
-        for name, there in ((name, _packages(told)) for name, told in others.items())
-        for one in _COMPARED
+        for name, there in ((name, _packages(reported)) for name, reported in others.items())
+        for one in _COMPARED_PACKAGES
         if there.get(one) != here[one]
     ]
-    told = cast(dict[str, Any], client.run(program_version, on_error="return"))
-    for address, found in told.items():
-        if isinstance(found, ModuleNotFoundError):
-            differing.append(note("dask.no_library", where=address, library=found.name))
-        elif found != program_version():
+    programs = cast(dict[str, Any], client.run(program_version, on_error="return"))
+    for address, program in programs.items():
+        if isinstance(program, ModuleNotFoundError):
+            differing.append(note("dask.no_library", where=address, library=program.name))
+        elif program != program_version():
             differing.append(note("dask.other_program", where=address))
     if differing:
         raise OptionsError(
             "dask.versions_differ",
-            differing=tuple(differing[:_MOST_TOLD]),
-            more=max(0, len(differing) - _MOST_TOLD),
+            differing=tuple(differing[:_LISTED_AT_MOST]),
+            more=max(0, len(differing) - _LISTED_AT_MOST),
         )
-    return len(told)
+    return len(programs)
 
 
-def _packages(told: Any) -> dict[str, str]:
-    """Versions by name; the system's own patch level of Python counts."""
-    found = dict(told["packages"]) if told else {}
-    host = dict(told["host"]) if told else {}
+def _packages(reported: Any) -> dict[str, str]:
+    """Versions by name, Python's with its patch level."""
+    found = dict(reported["packages"]) if reported else {}
+    host = dict(reported["host"]) if reported else {}
     return {
         name: str(found.get(name, host.get(name, "none"))).partition(".final")[0]
-        for name in _COMPARED
+        for name in _COMPARED_PACKAGES
     }
 
 
 def _without_answer(plan: Plan, number: int, error: BaseException | None) -> Outcome:
-    """A task that Dask gave up, or a fault of ours in it."""
-    base = begun(plan, number)
+    """The outcome of a task that Dask gave up, or that met a bug of the program."""
+    base = undecided_outcome(plan, number)
     if isinstance(error, KilledWorker):
-        return ended(base, "died", JobDied("dask.workers_lost"))
+        return failed_outcome(base, "died", JobDied("dask.workers_lost"))
     return replace(
         base,
         state="failed",
@@ -338,12 +344,12 @@ def _without_answer(plan: Plan, number: int, error: BaseException | None) -> Out
 
 
 def _process_ended(base: Outcome, tree: dict[str, Any]) -> Outcome:
-    """The process of an attempt ended without an answer."""
+    """The outcome of an attempt whose process ended without an answer."""
     code, lines = int(tree["ended"]), str(tree["lines"])
     if code > 0:
         found = fault("batch.fault", log=None, trace=lines, library=None)
         return replace(base, state="failed", kind="JobBug", exit_code=1, finding=found)
-    return ended(base, "died", JobDied("dask.memory_ran_out"))
+    return failed_outcome(base, "died", JobDied("dask.memory_ran_out"))
 
 
 @contextmanager
@@ -376,7 +382,7 @@ def _started(address: str) -> Generator[tuple[str, int]]:
 
 @contextmanager
 def _connected(address: str) -> Generator[Client]:
-    _be_quiet()
+    _silence_dask()
     try:
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError, socket.gaierror) as error:
@@ -387,8 +393,8 @@ def _connected(address: str) -> Generator[Client]:
         client.close(timeout=_CONNECT_S)
 
 
-def _be_quiet() -> None:
-    """What is lost and found again is told by us, not by the library with its tracebacks."""
+def _silence_dask() -> None:
+    """Keep the library's tracebacks of lost connections back: this module reports those itself."""
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)

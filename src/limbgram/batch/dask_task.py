@@ -10,7 +10,6 @@ Nothing of the reconstruction is loaded here: the worker answers the scheduler a
 """
 
 import json
-import os
 import sys
 import threading
 import time
@@ -22,13 +21,14 @@ from typing import IO, Any
 
 from distributed import Worker, get_worker
 
+from limbgram.batch.processors import processors_for
 from limbgram.cases.child_process import NO_MORE, ChildProcess
 
 _POLL_S = 0.2
 _GRACE_S = 10.0
 _LAST_LINES = 4
-_ONE_BY_ONE = {"OPENBLAS_NUM_THREADS": "1"}
-"""As the command line has it: matrix products add up in one order, on every machine."""
+_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
+"""As the command line sets it: sums of matrix products have one order, on every machine."""
 _slots: set[int] = set()
 _slots_lock = threading.Lock()
 
@@ -38,8 +38,8 @@ def run_attempt(order: str, module: str, topic: str, every_s: float, workers_her
 
     Args:
         module: What the process runs.
-        topic: Where events are told.
-        every_s: At most so often is progress within a stage told.
+        topic: Dask topic that events are logged to.
+        every_s: Least time between two reports of progress within a stage.
         workers_here: Workers on this machine, named 0, 1, ...; 0: not known.
     """
     worker = get_worker()
@@ -48,18 +48,18 @@ def run_attempt(order: str, module: str, topic: str, every_s: float, workers_her
     with _slot() as slot, TemporaryFile() as errors:
         processors = _processors(worker, slot, workers_here)
         command = [sys.executable, "-P", "-m", module, str(scratch), processors]
-        child = ChildProcess(command, order, errors, _ONE_BY_ONE)
+        child = ChildProcess(command, order, errors, _ONE_THREAD)
         try:
-            told = _followed(child, worker, key, topic, every_s)
+            result = _followed(child, worker, key, topic, every_s)
             code = child.process.wait()
         finally:
             child.end(_GRACE_S)
-        answer = {"result": told} if told else {"ended": code, "lines": _last_lines(errors)}
+        answer = {"result": result} if result else {"ended": code, "lines": _last_lines(errors)}
         return json.dumps({**answer, "worker": worker.address})
 
 
-class Unwanted(Exception):
-    """The task was cancelled; nobody reads this."""
+class TaskCancelled(Exception):
+    """Nobody waits for the task any more, nor reads this."""
 
 
 def _followed(
@@ -68,8 +68,8 @@ def _followed(
     """Pass events on until the process ends; returns its result, or nothing."""
     stage, told_at = "", 0.0
     while True:
-        if _unwanted(worker, key):
-            raise Unwanted
+        if _is_cancelled(worker, key):
+            raise TaskCancelled
         event = child.event(_POLL_S)
         if event is None:
             continue
@@ -84,7 +84,7 @@ def _followed(
         worker.log_event(topic, {**event, "key": str(key), "worker": worker.address})
 
 
-def _unwanted(worker: Worker, key: Any) -> bool:
+def _is_cancelled(worker: Worker, key: Any) -> bool:
     """Whether nobody waits for the task any more."""
     task = worker.state.tasks.get(key)
     return task is None or task.state == "cancelled" or worker.status.name != "running"
@@ -104,16 +104,12 @@ def _slot() -> Generator[int]:
 
 
 def _processors(worker: Worker, slot: int, workers_here: int) -> str:
-    """The processors of one task of so many, so that they do not get in each other's way."""
-    if not hasattr(os, "sched_getaffinity"):
-        return ""
-    count = workers_here or worker.state.nthreads
-    mine = sorted(os.sched_getaffinity(0))
-    number = int(worker.name) if workers_here else slot
-    if count >= len(mine):
-        return str(mine[number % len(mine)])
-    first, last = number * len(mine) // count, (number + 1) * len(mine) // count
-    return ",".join(map(str, mine[first:last]))
+    """The processors of one task, as its process takes them: 0,1; empty for all."""
+    if workers_here:
+        chosen = processors_for(int(worker.name), workers_here)
+    else:
+        chosen = processors_for(slot, worker.state.nthreads)
+    return ",".join(map(str, sorted(chosen)))
 
 
 def _last_lines(errors: IO[bytes]) -> str:

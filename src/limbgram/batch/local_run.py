@@ -2,10 +2,10 @@
 
 In      Plans, the folder of the cases, what may be used.
 Out     Outcomes in the order of the plans; events on the way.
-Method  A thread for each capture that is at work waits for its process. Each process is given
-        processors of its own, so that many cases do not get in each other's way; results do not
-        depend on how many. Captures whose process died are tried again afterwards, one at a time,
-        because memory is what processes die of; after so many attempts they are reported.
+Method  One thread for each running capture waits for its process. Each process has processors of
+        its own, so that cases do not slow each other down; results do not depend on how many.
+        Captures whose process died are tried again afterwards, one at a time, because memory is
+        what processes die of; after `attempts` attempts they are reported.
 """
 
 import os
@@ -18,12 +18,15 @@ from typing import Annotated
 
 from limbgram.batch.attempt import Outcome, Plan, attempt
 from limbgram.batch.memory import MemoryGate
+from limbgram.batch.processors import processors_for
 from limbgram.batch.stopping import Stopping
 from limbgram.cases.child_process import Event
 from limbgram.core.request_fields import Flag, Within
 from limbgram.core.run import machine_mb, worker_count
 
 _POLL_S = 0.2
+_MEMORY_SHARE = 0.75
+"""Of the machine's memory, that a batch uses unless told otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,16 +43,14 @@ class BatchOptions:
 
     @property
     def memory_mb(self) -> float:
-        """Of all together."""
-        return _SHARE * machine_mb() if self.memory_gb is None else 1024 * self.memory_gb
-
-
-_SHARE = 0.75
+        """Memory for all captures together."""
+        usual_mb = _MEMORY_SHARE * machine_mb()
+        return usual_mb if self.memory_gb is None else 1024 * self.memory_gb
 
 
 @dataclass
 class BatchRun:
-    """Captures at work."""
+    """A batch that runs on this machine."""
 
     plans: Sequence[Plan]
     cases: Path
@@ -61,25 +62,27 @@ class BatchRun:
     _fault: BaseException | None = None
 
     def wait(self) -> tuple[Outcome, ...]:
-        """Do all to the end; Ctrl-C stops all, and what is finished is kept."""
+        """Run all captures to their end; Ctrl-C stops all, and finished cases are kept."""
         limit_mb = self.options.memory_mb
         at_once = max(1, min(self.options.at_once or worker_count(), len(self.plans)))
         self._tell({"event": "planned", "captures": len(self.plans), "at_once": at_once})
-        waiting = list(self.plans)
+        plans = list(self.plans)
         for number in range(1, self.options.attempts + 1):
-            self._work(waiting, number, at_once if number == 1 else 1, MemoryGate(limit_mb))
-            waiting = [plan for plan in waiting if self._outcome(plan).died]
+            self._attempt_all(plans, number, at_once if number == 1 else 1, MemoryGate(limit_mb))
+            plans = [plan for plan in plans if self._outcome(plan).died]
         return tuple(self._outcome(plan) for plan in self.plans)
 
-    def _work(self, plans: Sequence[Plan], number: int, at_once: int, gate: MemoryGate) -> None:
-        left: queue.SimpleQueue[Plan] = queue.SimpleQueue()
+    def _attempt_all(
+        self, plans: Sequence[Plan], number: int, at_once: int, gate: MemoryGate
+    ) -> None:
+        waiting: queue.SimpleQueue[Plan] = queue.SimpleQueue()
         for plan in plans:
-            left.put(plan)
+            waiting.put(plan)
         ends = [threading.Event() for _ in range(min(at_once, len(plans)))]
         for slot, ended in enumerate(ends):
-            words = (left, number, _share(slot, at_once), gate, ended)
-            threading.Thread(target=self._take, args=words, daemon=True).start()
-        # Not by joining the threads: a join that Ctrl-C interrupts takes its thread for ended.
+            arguments = (waiting, number, processors_for(slot, at_once), gate, ended)
+            threading.Thread(target=self._run_thread, args=arguments, daemon=True).start()
+        # Not by joining the threads: a join that Ctrl-C interrupts counts its thread as ended.
         try:
             while not all(ended.wait(_POLL_S) for ended in ends):
                 pass
@@ -91,26 +94,26 @@ class BatchRun:
         if self._fault is not None:
             raise self._fault
 
-    def _take(
+    def _run_thread(
         self,
-        left: "queue.SimpleQueue[Plan]",
+        waiting: "queue.SimpleQueue[Plan]",
         number: int,
         processors: frozenset[int],
         gate: MemoryGate,
         ended: threading.Event,
     ) -> None:
-        """Do one capture after the other; its processes inherit the processors of this thread."""
+        """Attempt one capture after the other; its processes inherit this thread's processors."""
         try:
-            self._take_all(left, number, processors, gate)
-        except BaseException as fault:  # raised again by `_work`: of a thread nobody would hear
+            self._attempt_next_ones(waiting, number, processors, gate)
+        except BaseException as fault:  # `_attempt_all` raises it again in the main thread
             self._fault = fault
             self.stopping.ask()
         finally:
             ended.set()
 
-    def _take_all(
+    def _attempt_next_ones(
         self,
-        left: "queue.SimpleQueue[Plan]",
+        waiting: "queue.SimpleQueue[Plan]",
         number: int,
         processors: frozenset[int],
         gate: MemoryGate,
@@ -119,25 +122,25 @@ class BatchRun:
             os.sched_setaffinity(0, processors)
         while self._fault is None:
             try:
-                plan = left.get_nowait()
+                plan = waiting.get_nowait()
             except queue.Empty:
                 return
-            self._one(plan, number, gate)
+            self._attempt_one(plan, number, gate)
 
-    def _one(self, plan: Plan, number: int, gate: MemoryGate) -> None:
+    def _attempt_one(self, plan: Plan, number: int, gate: MemoryGate) -> None:
         name = plan.capture.name
         if not self.stopping.asked:
             self._tell({"event": "begun", "capture": name, "attempt": number})
 
-        def heard(event: Event) -> None:
+        def forward(event: Event) -> None:
             if event["event"] == "progress":
                 self._tell({**event, "capture": name})
 
-        outcome = attempt(plan, self.cases, number, heard, self.stopping, gate)
+        outcome = attempt(plan, self.cases, number, forward, self.stopping, gate)
         with self._lock:
             before = self._outcomes.get(name)
             if outcome.state == "cancelled" and before is not None:
-                outcome = before  # it died before; that is what is known of it
+                outcome = before  # it died in the attempt before; that stays its outcome
             elif before is not None:
                 outcome = replace(outcome, seconds=before.seconds + outcome.seconds)
             self._outcomes[name] = outcome
@@ -153,24 +156,17 @@ class BatchRun:
 
 
 def ended_event(outcome: Outcome, number: int, *, again: bool) -> Event:
-    """What is told of an attempt that has ended; again: another one follows."""
+    """The event of an attempt that has ended.
+
+    again: Another attempt follows.
+    """
     return {
         "event": "ended",
         "capture": outcome.name,
         "attempt": number,
         "state": outcome.state,
         "light": outcome.light,
-        "message": outcome.told or outcome.headline,
+        "message": outcome.reason or outcome.headline,
         "exit_code": outcome.exit_code,
         "again": again,
     }
-
-
-def _share(slot: int, at_once: int) -> frozenset[int]:
-    """The processors of one of so many that work at a time."""
-    if not hasattr(os, "sched_getaffinity"):
-        return frozenset()
-    mine = sorted(os.sched_getaffinity(0))
-    if at_once >= len(mine):
-        return frozenset({mine[slot % len(mine)]})
-    return frozenset(mine[slot * len(mine) // at_once : (slot + 1) * len(mine) // at_once])

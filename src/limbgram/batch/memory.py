@@ -1,10 +1,10 @@
 """Memory: how many captures run at a time within the allowed memory.
 
-In      what a capture consists of; the memory that all may use together.
-Out     how much it is likely to take at most; a gate that lets it begin once there is room.
+In      the photos of a capture; the memory that all captures may use together.
+Out     an upper estimate of its memory; a gate that lets it begin once there is room.
 Method  Peaks of whole runs were measured on captures of 14 to 66 photos of 0.2 to 15 megapixels;
         the sum below lies above each of them (`docs/library/batch.md`). A capture that alone needs
-        more than may be used is let in when no other is at work: its own budget looks after it.
+        more than the limit is let in when no other runs: its own budget limits it.
 """
 
 import threading
@@ -20,19 +20,19 @@ from limbgram.core.run import PROGRAM_MB
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
 
 _PHOTO_MB = 12.0
-"""Of the products of a photo."""
+"""Products of one photo."""
 _DEPTH_PX, _DEPTH_BYTES = 8_000_000, 76.0
-"""Pixels of all depth maps together, at most, and what one takes."""
+"""Pixels of all depth maps together, at most, and bytes of each."""
 _MEGAPIXEL_MB = 25.0
-"""Of the largest photo, while it is compared with another."""
+"""For each megapixel of the largest photo, while it is compared with another."""
 _UNKNOWN_MB = 1500.0
-"""Of a video, whose photos are not chosen yet."""
+"""For a video, whose frames are not chosen yet."""
 _STEP_S = 0.2
 
 
 @dataclass
 class MemoryGate:
-    """Lets captures begin as long as all together keep to a limit."""
+    """Lets captures begin while the memory of all together stays within a limit."""
 
     limit_mb: float
     _used_mb: float = 0.0
@@ -40,7 +40,7 @@ class MemoryGate:
 
     @contextmanager
     def hold(self, needed_mb: float, stopping: Stopping) -> Generator[None]:
-        """Wait until there is room, and have it.
+        """Wait until there is room, and hold it.
 
         Raises:
             Cancelled: stopping was asked for meanwhile.
@@ -59,13 +59,13 @@ class MemoryGate:
 
 
 def need_mb(sources: Sequence[Path]) -> float:
-    """Resident memory that a capture is likely to take at most, whatever its surface."""
+    """Upper estimate of a capture's resident memory, MB, whatever its surface."""
     if any(source.is_file() for source in sources):
         return _UNKNOWN_MB
     try:
         pictures, _ = incoming(sources)
     except LimbgramError:
-        return PROGRAM_MB  # whoever reads the photos says what is wrong
+        return PROGRAM_MB  # reading the photos will say what is wrong
     sizes_px = [_pixels(path) for path, _ in pictures]
     depth_mb = min(sum(sizes_px), _DEPTH_PX) * _DEPTH_BYTES / 2**20
     return (
@@ -77,7 +77,7 @@ def need_mb(sources: Sequence[Path]) -> float:
 
 
 def _pixels(path: Path) -> int:
-    """By the picture's header; none for one that cannot be read, which is set aside later."""
+    """Pixels by the picture's header; 0 for one that cannot be read, which is set aside later."""
     try:
         with open_picture(path) as picture:
             return picture.size[0] * picture.size[1]

@@ -1,12 +1,12 @@
 """Settings: the schema of a batch file (TOML); unknown names and wrong values are refused.
 
 In      batch.toml beside the captures, or capture.toml inside one.
-Out     Settings: what is said; None where nothing is said, so that one file can go over another.
-Fails   OptionsError: the file cannot be read or says what has no place there, with the place.
+Out     Settings; None where nothing is set, so that one file can override another.
+Fails   OptionsError: the file cannot be read or holds an unknown name or value, with its place.
 
-What is said of all captures is gone over by what batch.toml says of one ([capture.NAME]), and that
-by what lies in the capture's own folder. A table, such as [align], is taken whole from the last
-that has it.
+Settings of all captures are overridden by those that batch.toml has for one ([capture.NAME]), and
+these by the capture.toml in the capture's own folder. A table, such as [align], is taken whole from
+the last file that has it.
 """
 
 from collections.abc import Callable, Mapping
@@ -71,7 +71,7 @@ class Settings:
     photos: str | None = None
     """Folder inside the capture in which its photos lie."""
     reconstruct: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Fields of `ReconstructRequest` that are said; they stand in the file itself."""
+    """Fields of `ReconstructRequest` that are set; they stand at the file's top level."""
     side: Side | None = None
     kind: KindName | None = None
     align: Align | None = None
@@ -82,7 +82,7 @@ class Settings:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Names of files and folders that are said."""
+        """Files and folders that the settings name."""
         align = self.align or Align()
         board: str | None = self.reconstruct.get("board")
         named = (
@@ -97,27 +97,27 @@ class Settings:
         return tuple(name for name in named if name is not None)
 
     def overlaid(self, later: "Settings") -> "Settings":
-        """These settings with what the later ones say over them."""
-        said = {one.name: getattr(later, one.name) for one in fields(later)}
-        said["reconstruct"] = {**self.reconstruct, **later.reconstruct}
-        return replace(self, **{name: one for name, one in said.items() if one is not None})
+        """These settings, overridden by the later ones."""
+        later_values = {one.name: getattr(later, one.name) for one in fields(later)}
+        later_values["reconstruct"] = {**self.reconstruct, **later.reconstruct}
+        return replace(self, **{name: one for name, one in later_values.items() if one is not None})
 
     def request(self, located: Callable[[str], Path]) -> ReconstructRequest:
-        """What is asked of the surface, its files found.
+        """The reconstruction request, the files in it located.
 
         Raises:
             OptionsError: a file is not there.
         """
-        said = dict(self.reconstruct)
+        values = dict(self.reconstruct)
         for name in _FILES:
-            said[name] = tuple(located(one.as_posix()) for one in said.get(name, ()))
-        if names_board_file(said.get("board", "")):
-            said["board"] = str(located(said["board"]))
-        return ReconstructRequest(**said)
+            values[name] = tuple(located(one.as_posix()) for one in values.get(name, ()))
+        if names_board_file(values.get("board", "")):
+            values["board"] = str(located(values["board"]))
+        return ReconstructRequest(**values)
 
 
-_OF_SURFACE = {one.name: one for one in declared(ReconstructRequest)}
-_FILES = tuple(name for name, one in _OF_SURFACE.items() if one.hint == tuple[Path, ...])
+_RECONSTRUCT_FIELDS = {one.name: one for one in declared(ReconstructRequest)}
+_FILES = tuple(name for name, one in _RECONSTRUCT_FIELDS.items() if one.hint == tuple[Path, ...])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +127,7 @@ class Batch:
     captures: tuple[str, ...] = ("*",)
     """Patterns of what is a capture, relative to the folder."""
     leave_out: tuple[str, ...] = ()
-    """Patterns of what is none."""
+    """Patterns of what is no capture."""
     of_all: Settings = field(default_factory=Settings)
     of_one: Mapping[str, Settings] = field(default_factory=dict[str, Settings])
     """By the name of the capture."""
@@ -151,10 +151,10 @@ def read_batch(path: Path) -> Batch:
         raise OptionsError("batch.capture_is_no_table", path=str(path))
     patterns = {name: tree.pop(name) for name in ("captures", "leave_out") if name in tree}
     try:
-        told = value_of(patterns, _Patterns)
+        chosen = value_of(patterns, _Patterns)
         return Batch(
-            captures=told.captures,
-            leave_out=told.leave_out,
+            captures=chosen.captures,
+            leave_out=chosen.leave_out,
             of_all=_settings(tree, ""),
             of_one={
                 name: _settings(one, f"capture.{name}")
@@ -224,31 +224,31 @@ def _tree(path: Path) -> dict[str, Any]:
 
 
 def _settings(tree: object, at: str) -> Settings:
-    """What is said of the surface stands beside what is said of the steps."""
+    """Settings from a table that holds fields of the reconstruction beside tables of the steps."""
     if not isinstance(tree, dict):
         raise Mismatch(f"{at} must be a table, not {tree!r:.60}")
     given = cast(dict[str, Any], tree)
     names = [one.name for one in fields(Settings) if one.name != "reconstruct"]
-    unknown = [name for name in given if name not in (*names, *_OF_SURFACE)]
+    unknown = [name for name in given if name not in (*names, *_RECONSTRUCT_FIELDS)]
     if unknown:
-        has = ", ".join((*names, *_OF_SURFACE))
+        has = ", ".join((*names, *_RECONSTRUCT_FIELDS))
         raise Mismatch(f"{at or 'it'} has no {', '.join(unknown):.80}. It has: {has}")
     steps = {name: given[name] for name in names if name in given}
-    said = {
-        name: any_value_of(given[name], _hint(one), f"{at}.{name}" if at else name, _SAID)
-        for name, one in _OF_SURFACE.items()
+    reconstruct = {
+        name: any_value_of(given[name], _hint(one), f"{at}.{name}" if at else name, _SHORT_FORMS)
+        for name, one in _RECONSTRUCT_FIELDS.items()
         if name in given
     }
-    return replace(value_of(steps, Settings, at, _READ), reconstruct=said)
+    return replace(value_of(steps, Settings, at, _EXPORTS), reconstruct=reconstruct)
 
 
 def _hint(one: Declared) -> Any:
-    """The type of a field that is said."""
+    """The type of a field, with its bounds."""
     return one.hint if one.within is None else Annotated[one.hint, one.within]
 
 
-def _said(tree: object, hint: Any, at: str) -> object:
-    """What a file says in its own way of the surface: one for several, a box in one row."""
+def _from_short_form(tree: object, hint: Any, at: str) -> object:
+    """A value that a file may shorten: one string for a list, a box as one row of six numbers."""
     if hint == Box:
         box = box_of(any_value_of(tree, _ROW, at))
         if box is None:
@@ -260,7 +260,7 @@ def _said(tree: object, hint: Any, at: str) -> object:
 
 
 def _export(tree: object, hint: Any, at: str) -> object:
-    """A file that is to be written: `to` says which request the other names are of."""
+    """An export: `to` says which request the other names are fields of."""
     if hint is not ExportUse or not isinstance(tree, dict):
         return NotImplemented
     given = dict(cast(dict[str, Any], tree))
@@ -273,8 +273,8 @@ def _export(tree: object, hint: Any, at: str) -> object:
 
 
 _ROW = tuple[float, float, float, float, float, float]
-_SAID = Strictness(special=_said)
-_READ = Strictness(special=_export)
+_SHORT_FORMS = Strictness(special=_from_short_form)
+_EXPORTS = Strictness(special=_export)
 
 
 def _misfit(path: Path, error: ValueError) -> OptionsError:

@@ -34,9 +34,9 @@ from limbgram.services.export import FOR_CARVERS, Gcode, file_name
 from limbgram.services.measure import MeasureRequest
 
 SURFACE, SHAPE, EDITED, CASE, OUT = "{surface}", "{shape}", "{edited}", "{case}", "{out}"
-"""Words that stand for the delivered surface, the shape that is worked on (the surface, or what the
-recipe made of it), the place of the edited shape, the case, and the folder of the step. `{file0}`
-is the first of the step's files: words without places of files are the same on every machine."""
+"""Placeholders: the delivered surface, the current shape (the surface, or what the recipe made),
+the path of the edited shape, the case, and the folder of the step. `{file0}` is the first of the
+step's files. Words without paths are the same on every machine."""
 
 StepName = Literal["align", "measure", "recipe", "export", "report"]
 
@@ -53,24 +53,24 @@ _LARGEST_BYTES = 1_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One command after the surface."""
+    """One command that follows the surface."""
 
     name: str
-    """Of its folder; several exports are counted."""
+    """Also of its folder; exports are numbered."""
     kind: StepName
     words: tuple[str, ...]
     files: tuple[Path, ...] = ()
-    """That it reads beside the shape."""
+    """Files that it reads beside the shape."""
 
     @property
     def module(self) -> str:
-        """Whose code it runs."""
+        """The module that it runs: its source is part of the step's key."""
         return _MODULES[self.kind]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Places:
-    """What the words stand for."""
+    """The paths that stand in for a step's placeholders."""
 
     surface: Path
     shape: Path
@@ -92,7 +92,7 @@ class Places:
 
 @dataclass(frozen=True)
 class StepReply:
-    """What a command answered."""
+    """The JSON that a command answered with."""
 
     content: dict[str, Any]
 
@@ -129,16 +129,16 @@ def run_step(step: Step, places: Places, stopping: Stopping) -> StepReply:
     )
     with stopping.calling(process.kill):
         try:
-            told, errors = process.communicate()
+            output, errors = process.communicate()
         finally:
             process.kill()
     if stopping.asked:
         raise Cancelled("job.command_stopped")
-    return _reply(step, process.returncode, told, errors)
+    return _reply(step, process.returncode, output, errors)
 
 
 class StepRefused(LimbgramError):
-    """A command declined; it has the exit code of its refusal."""
+    """A command refused; its exit code is that of the refusal."""
 
 
 class StepDied(LimbgramError):
@@ -147,9 +147,9 @@ class StepDied(LimbgramError):
     exit_code = 6
 
 
-def _reply(step: Step, code: int, told: bytes, errors: bytes) -> StepReply:
+def _reply(step: Step, code: int, output: bytes, errors: bytes) -> StepReply:
     try:
-        content: Any = json.loads(told)
+        content: Any = json.loads(output)
     except ValueError:
         content = None
     match content:
@@ -213,7 +213,7 @@ def _align(settings: Settings, align: Align, located: Callable[[str], Path]) -> 
 
 
 def landmark_words(path: Path) -> dict[str, str]:
-    """Where landmarks are, as the command takes it, by their names.
+    """Positions of landmarks by name, as the command line takes them.
 
     Raises:
         OptionsError: the file holds something else.
@@ -270,6 +270,9 @@ def _file_word(idx: int) -> str:
 
 
 def _filled(word: str, named: dict[str, Path]) -> str:
-    """Only a word that is one, or begins with one and a slash: names of captures may hold any."""
+    """The word with its placeholder replaced: all of it, or what stands before its first slash.
+
+    Elsewhere a placeholder's text may be part of a capture's name.
+    """
     head, slash, rest = word.partition("/")
     return f"{named[head]}{slash}{rest}" if head in named else word

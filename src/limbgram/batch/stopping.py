@@ -10,7 +10,7 @@ from limbgram.core.errors import Cancelled
 
 @dataclass
 class Stopping:
-    """Whether the user asked to stop, and what is told so."""
+    """A stop flag, and the callbacks that end what is running."""
 
     _asked: threading.Event = field(default_factory=threading.Event)
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -21,7 +21,7 @@ class Stopping:
         return self._asked.is_set()
 
     def ask(self) -> None:
-        """Stop everything; safe from another thread."""
+        """Set the flag and end what is running; safe from another thread."""
         with self._lock:
             self._asked.set()
             calls = list(self._calls.values())
@@ -29,13 +29,13 @@ class Stopping:
             call()
 
     def check(self) -> None:
-        """Raise Cancelled once stopping was asked for."""
+        """Raise Cancelled once the flag is set."""
         if self.asked:
             raise Cancelled("batch.stopped_before")
 
     @contextmanager
     def calling(self, call: Callable[[], None]) -> Generator[None]:
-        """Meanwhile `call` ends what is under way; at once where stopping was asked for before."""
+        """Let `call` end what runs inside, as soon as the flag is set; at once if it is already."""
         with self._lock:
             self._calls[id(call)] = call
             late = self.asked

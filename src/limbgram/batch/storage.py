@@ -2,14 +2,14 @@
 
 In      what stands for FOLDER or after -o: a folder that every machine sees, or a URL of an object
         store such as s3://bucket/captures (extra `s3`; what else fsspec knows, too).
-Out     captures that are fetched; cases that are there whole or not at all.
-Method  No machine writes into a case. It brings what it made to a place of its own, whose name
-        nobody else has. The one process that gave the work out accepts one attempt at a case, and
-        only while the case still is what that attempt began from: so an attempt of a machine that
-        was given up for lost changes nothing, however late it comes. In a folder an attempt is
+Out     captures that are fetched; cases that are there complete or not at all.
+Method  No machine writes into a case. It uploads its attempt to a folder of its own, whose name
+        nobody else has. The one process that distributed the work accepts one attempt at a case,
+        and only while the case still is what that attempt began from: so an attempt of a machine
+        that was given up for lost changes nothing, however late it comes. In a folder an attempt is
         accepted by renaming it, with the case locked. An object store renames nothing: there a
         case is CASE/ATTEMPT/... and a record CASE/00000001.json names the attempt that counts; to
-        accept one is to create the next record, which only one can.
+        accept one is to create the next record, which only one process can.
 Fails   CaseError: the storage does not answer, is full, or the case was changed by somebody else.
 """
 
@@ -35,10 +35,16 @@ ATTEMPTS = ".attempts"
 """Folder beside the cases in which attempts wait."""
 _TRY, _OLDER = "try-", "old-"
 _LOCK = ".lock"
-_READ_AT_ONCE = (".toml", ".json")
+_PLANNING_SUFFIXES = (".toml", ".json")
+"""Of files that a plan is made from: they are fetched before any capture is."""
 _LARGEST_BYTES = 16_000_000
 _DIGITS = 8
 _HTTP_CONFLICT = ("PreconditionFailed", "ConditionalRequestConflict", "412", "409")
+
+
+def batch_folder(case: CaseFolder) -> CaseFolder:
+    """Where a batch keeps its own files of a case; its lock keeps two batches apart."""
+    return CaseFolder(case.root / "batch")
 
 
 def is_url(text: str) -> bool:
@@ -65,13 +71,13 @@ class CaptureUrl:
 
     def fetch(self, place: str, to: Path, check: Callable[[], None]) -> Path:
         """Copy the files of a capture, or the one file that it is, into the folder `to`."""
-        with _reached(self.url):
+        with _store_errors_as_advice(self.url):
             self._bucket.get_all(place, to / PurePosixPath(place).name, check)
         return to / PurePosixPath(place).name
 
     def outline(self, to: Path) -> None:
-        """What is needed to plan: settings as they are, and of captures that there are some."""
-        with _reached(self.url):
+        """Write what a plan needs: folders, settings, and stubs of zips, videos, loose photos."""
+        with _store_errors_as_advice(self.url):
             for key, size in self._bucket.sizes("").items():
                 name = _inside(key)
                 file = to.joinpath(*name.parts)
@@ -79,7 +85,7 @@ class CaptureUrl:
                     continue
                 file.parent.mkdir(parents=True, exist_ok=True)
                 suffix = file.suffix.lower()
-                if suffix in _READ_AT_ONCE and size <= _LARGEST_BYTES:
+                if suffix in _PLANNING_SUFFIXES and size <= _LARGEST_BYTES:
                     self._bucket.get(key, file)
                 elif suffix == ".zip" or is_video(file):
                     file.touch()
@@ -98,13 +104,13 @@ class CasesInFolder:
     root: Path
 
     def place(self, name: str) -> str:
-        """How people find a case."""
+        """Where the case lies, for people."""
         return str(self.root / name)
 
     def fetch(self, name: str, to: Path, check: Callable[[], None]) -> str:
-        """Copy a case as it is now into the new folder `to`; returns the state that it is in."""
+        """Copy a case as it is now into the new folder `to`; returns its state."""
         case = self.root / name
-        with _answering(case):
+        with _disk_errors_as_advice(case):
             seen = _state(case)
             if seen:
                 _copy(case, to, check)
@@ -113,26 +119,26 @@ class CasesInFolder:
         return seen
 
     def bring(self, case: Path, name: str, token: str, check: Callable[[], None]) -> int:  # noqa: ARG002
-        """Copy an attempt to where it waits, onto the disk; returns its bytes."""
+        """Copy an attempt to where it waits, and sync it; returns its bytes."""
         waiting = self._waiting(token)
-        with _answering(waiting):
+        with _disk_errors_as_advice(waiting):
             return _copy(case, waiting, check)
 
     def accept(self, name: str, token: str, seen: str, total: int) -> None:
-        """Make the attempt the case, if the case is still in the state that was seen.
+        """Make the attempt the case, if the case is still in the state `seen`.
 
         Args:
-            total: Bytes that were brought.
+            total: Bytes of the attempt.
 
         Raises:
-            CaseError: it is not, somebody works in it, or the attempt is not whole.
+            CaseError: it is in another state or locked, or the attempt is not complete.
         """
         case, older = CaseFolder(self.root / name), self.root / ATTEMPTS / f"{_OLDER}{name}"
-        with _answering(case.root):
+        with _disk_errors_as_advice(case.root):
             brought = sum(file.stat().st_size for file in _files(self._waiting(token)))
             if brought != total:
                 raise _not_whole(case.root)
-            with locked(case), locked(CaseFolder(case.root / "batch")):
+            with locked(case), locked(batch_folder(case)):
                 if _state(case.root) != seen:
                     raise _changed(case.root)
                 shutil.rmtree(older, ignore_errors=True)
@@ -142,15 +148,15 @@ class CasesInFolder:
         shutil.rmtree(older, ignore_errors=True)
 
     def begin(self) -> None:
-        """Make the place in which attempts wait; what a killed batch left there goes."""
+        """Make the folder in which attempts wait; what a killed batch left there is removed."""
         self.end()
-        with _answering(self.root / ATTEMPTS):
+        with _disk_errors_as_advice(self.root / ATTEMPTS):
             (self.root / ATTEMPTS).mkdir(parents=True)
 
     def end(self) -> None:
-        """Remove that place: what comes later finds none. A case being exchanged is put back."""
+        """Remove that folder: late attempts find none. A case being exchanged is put back."""
         attempts = self.root / ATTEMPTS
-        with _answering(attempts):
+        with _disk_errors_as_advice(attempts):
             for left in sorted(attempts.glob(f"{_OLDER}*")):
                 case = self.root / left.name.removeprefix(_OLDER)
                 if not case.exists():
@@ -171,15 +177,15 @@ class CasesAtUrl:
         return f"{self.url}/{name}"
 
     def fetch(self, name: str, to: Path, check: Callable[[], None]) -> str:
-        """As from a folder; the state is the number of the record."""
-        with _reached(self.url):
+        """As from a folder; the state is the number of the last record."""
+        with _store_errors_as_advice(self.url):
             number, token = self._record(name)
             if number:
                 self._bucket.get_all(f"{name}/{token}", to, check)
         return str(number)
 
     def bring(self, case: Path, name: str, token: str, check: Callable[[], None]) -> int:
-        with _reached(self.url):
+        with _store_errors_as_advice(self.url):
             files = [file for file in sorted(case.rglob("*")) if _is_kept(file)]
             keys = [f"{name}/{token}/{file.relative_to(case).as_posix()}" for file in files]
             check()
@@ -191,14 +197,14 @@ class CasesAtUrl:
             return sum(wanted.values())
 
     def accept(self, name: str, token: str, seen: str, total: int) -> None:
-        with _reached(self.url):
+        with _store_errors_as_advice(self.url):
             number = int(seen) + 1
             if self._record(name)[0] >= number:
                 raise _changed(self.place(name))
             if sum(self._bucket.sizes(f"{name}/{token}").values()) != total:
                 raise _not_whole(self.place(name))
             record = json.dumps({"schema": "limbgram-batch-record/1", "attempt": token})
-            if not self._bucket.created(f"{name}/{number:0{_DIGITS}d}.json", record.encode()):
+            if not self._bucket.create(f"{name}/{number:0{_DIGITS}d}.json", record.encode()):
                 raise _changed(self.place(name))
             self._forget(name, number, token)
 
@@ -207,20 +213,20 @@ class CasesAtUrl:
         self.end()
 
     def end(self) -> None:
-        """Remove attempts that no record names; what comes later the next batch removes."""
-        with _reached(self.url):
+        """Remove attempts that no record names; the next batch removes those that come later."""
+        with _store_errors_as_advice(self.url):
             parts = [_inside(key).parts for key in self._bucket.sizes("")]
             for name in sorted({part[0] for part in parts if len(part) > 2}):
                 self._forget(name, *self._record(name))
 
     def read(self, name: str, inside: str) -> bytes | None:
-        """A file of a case as it stands; None where it has none."""
-        with _reached(self.url):
+        """A file of the accepted case; None where it has none."""
+        with _store_errors_as_advice(self.url):
             number, token = self._record(name)
             return self._bucket.read(f"{name}/{token}/{inside}") if number else None
 
     def _record(self, name: str) -> tuple[int, str]:
-        """Number of the last record, and the attempt that it names; 0 where there is none."""
+        """Number of the last record and the attempt that it names; 0 where there is none."""
         numbers = [
             int(key.stem) for key in map(PurePosixPath, self._bucket.children(name))
             if key.suffix == ".json" and len(key.stem) == _DIGITS and key.stem.isdecimal()
@@ -235,7 +241,7 @@ class CasesAtUrl:
                 raise CaseError("batch.record_unreadable", place=self.place(name))
 
     def _forget(self, name: str, number: int, token: str) -> None:
-        """Remove what came before a record, and attempts that it does not name."""
+        """Remove earlier records, and attempts that this one does not name."""
         kept = {f"{name}/{token}", f"{name}/{number:0{_DIGITS}d}.json"}
         later = [
             child for child in self._bucket.children(name)
@@ -263,20 +269,20 @@ def cases_at(text: str) -> Cases:
 
 def write_to(url: str, files: Sequence[Path]) -> tuple[str, ...]:
     """Put files behind a URL, each under its name; returns where they are."""
-    with _reached(url):
+    with _store_errors_as_advice(url):
         _Bucket(url.rstrip("/")).put(list(files), [file.name for file in files])
     return tuple(f"{url.rstrip('/')}/{file.name}" for file in files)
 
 
 def read_from(url: str, name: str) -> bytes | None:
     """The content of a file behind a URL; None where there is none."""
-    with _reached(url):
+    with _store_errors_as_advice(url):
         return _Bucket(url.rstrip("/")).read(name)
 
 
 @dataclass
 class _Bucket:
-    """What is done with keys behind a URL, through fsspec; keys are relative to it."""
+    """The files behind a URL, through fsspec; keys are relative to it."""
 
     url: str
     root: str = ""
@@ -328,8 +334,8 @@ class _Bucket:
     def put(self, files: list[Path], keys: list[str]) -> None:
         self._system.put([str(file) for file in files], [self._full(key) for key in keys])
 
-    def created(self, key: str, content: bytes) -> bool:
-        """Whether the file is ours: it was not there before."""
+    def create(self, key: str, content: bytes) -> bool:
+        """Write a file that is not there yet; False where it was."""
         try:
             self._system.pipe_file(self._full(key), content, mode="create")
         except FileExistsError:
@@ -373,33 +379,37 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _state(case: Path) -> str:
-    """Names, sizes and times of a case's files as one text; empty where there are none."""
-    told = [
+    """Hash of names, sizes and times of a case's files; empty where there are none."""
+    listed = [
         (file.relative_to(case).as_posix(), file.stat().st_size, file.stat().st_mtime_ns)
         for file in _files(case)
     ]
-    return hashlib.sha256(repr(told).encode()).hexdigest() if told else ""
+    return hashlib.sha256(repr(listed).encode()).hexdigest() if listed else ""
 
 
 def _copy(source: Path, to: Path, check: Callable[[], None]) -> int:
-    """Copy a folder onto the disk into a new one; returns its bytes. Nothing is made twice."""
+    """Copy a folder into a new one and sync it; returns its bytes.
+
+    Raises:
+        FileExistsError: something lies there already.
+    """
     to.mkdir()
-    made, total = {to}, 0
+    folders, total = {to}, 0
     for file in _files(source):
         check()
         copy = to / file.relative_to(source)
         for parent in reversed(copy.relative_to(to).parents):
             folder = to / parent
-            if folder not in made:
+            if folder not in folders:
                 folder.mkdir()
-                made.add(folder)
+                folders.add(folder)
         shutil.copy2(file, copy)
         size = file.stat().st_size
         if copy.stat().st_size != size:
             raise _changed(source)
         _sync(copy)
         total += size
-    for folder in made:
+    for folder in folders:
         _sync(folder)
     return total
 
@@ -425,8 +435,8 @@ def _without_library(url: str, missing: str) -> OptionsError:
 
 
 @contextmanager
-def _answering(place: Path) -> Generator[None]:
-    """Turn what the system says of files into advice."""
+def _disk_errors_as_advice(place: Path) -> Generator[None]:
+    """Turn the system's errors about files into refusals with advice."""
     try:
         yield
     except OSError as error:
@@ -438,8 +448,8 @@ def _answering(place: Path) -> Generator[None]:
 
 
 @contextmanager
-def _reached(url: str) -> Generator[None]:
-    """Turn what a store says into advice."""
+def _store_errors_as_advice(url: str) -> Generator[None]:
+    """Turn an object store's errors into refusals with advice."""
     unreachable: tuple[type[BaseException], ...] = (OSError,)
     if find_spec("botocore") is not None:
         unreachable += (import_module("botocore.exceptions").BotoCoreError,)

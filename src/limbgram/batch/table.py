@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from limbgram.batch.attempt import Outcome, thumbnail_of, worst_of
+from limbgram.batch.attempt import Outcome, worst_of
 from limbgram.cases.case_record import write_json
+from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.spreadsheet import Cell, Table, csv_of, xlsx_of
@@ -39,11 +40,11 @@ NAMES = ("batch.json", "batch.xlsx", "batch.csv", "batch.html")
 
 @dataclass(frozen=True)
 class BatchTable:
-    """The outcomes of a batch, and where they were written."""
+    """The outcomes of a batch as JSON, and the files they were written to."""
 
     content: dict[str, Any]
     line: str
-    """How many went well."""
+    """Counts by verdict, in one line."""
     exit_code: int
     written: tuple[Path | str, ...] = ()
 
@@ -65,9 +66,9 @@ def write_table(
     rows = [_row(one, cases, pictured=True) for one in outcomes]
     places = tuple(cases / name for name in NAMES)
     write_json(places[0], table.content)
-    rowed = _table(outcomes)
-    write_bytes(places[1], xlsx_of([rowed]))
-    write_bytes(places[2], csv_of(rowed).encode())
+    sheet = _sheet(outcomes)
+    write_bytes(places[1], xlsx_of([sheet]))
+    write_bytes(places[2], csv_of(sheet).encode())
     write_bytes(places[3], html_of(batch_report(rows, notes, stopped=stopped)).encode())
     return replace(table, written=places)
 
@@ -88,7 +89,7 @@ def table_of(
 
 
 def earlier_outcomes(cases: Path) -> dict[str, Outcome]:
-    """What the last table says, by capture; nothing where there is none that can be read."""
+    """Outcomes of the last table, by capture; none where there is none that can be read."""
     place = cases / NAMES[0]
     try:
         tree = json_of(read_content(place, _LARGEST_BYTES, CaseError))
@@ -99,13 +100,13 @@ def earlier_outcomes(cases: Path) -> dict[str, Outcome]:
 
 
 def _tree(outcome: Outcome) -> dict[str, Any]:
-    """With the sentences beside the findings, for readers without the words."""
-    worded = replace(
+    """An outcome as JSON, with English sentences beside the findings, for other programs."""
+    with_sentences = replace(
         outcome,
-        message=outcome.told,
-        steps=tuple(replace(step, message=step.told) for step in outcome.steps),
+        message=outcome.reason,
+        steps=tuple(replace(step, message=step.reason) for step in outcome.steps),
     )
-    return tree_of(worded) | {"case": outcome.name}
+    return tree_of(with_sentences) | {"case": outcome.name}
 
 
 def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
@@ -115,7 +116,7 @@ def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
         state=_STATES[outcome.state],
         light=outcome.light,
         size_checked=bool(outcome.size_checked),
-        told=outcome.headline if outcome.done else outcome.told,
+        told=outcome.headline if outcome.done else outcome.reason,
         steps=tuple(step.name for step in outcome.steps if not step.exit_code),
         faults=tuple(_faults(outcome)),
         left_out=tuple((part.name, told(part.reason)) for part in outcome.set_aside),
@@ -128,12 +129,12 @@ def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
 
 
 def _thumbnail(case: Path, name: str) -> Picture | None:
-    """The picture of the surface, small: a page of hundreds stays a page."""
-    place = thumbnail_of(case)
-    if place is None:
+    """The picture of the surface, reduced: the page may show hundreds."""
+    drawn = CaseFolder(case).surface_picture
+    if not drawn.is_file():
         return None
     file = io.BytesIO()
-    with Image.open(place) as picture:
+    with Image.open(drawn) as picture:
         picture.thumbnail((_THUMB_PX, _THUMB_PX))
         picture.convert("P", palette=Image.Palette.ADAPTIVE).save(file, "PNG", optimize=True)
     return Picture(
@@ -148,7 +149,7 @@ _HEADS = (
 )  # fmt: skip
 
 
-def _table(outcomes: Sequence[Outcome]) -> Table:
+def _sheet(outcomes: Sequence[Outcome]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for one in outcomes:
         done = [step.name for step in one.steps if not step.exit_code]
@@ -157,10 +158,10 @@ def _table(outcomes: Sequence[Outcome]) -> Table:
         rows.append((
             one.name, one.source, one.state, one.light or "", one.size_checked, one.exit_code,
             one.attempts, one.seconds, " ".join(done), " ".join(failed), one.headline,
-            " ".join((one.told, *_faults(one))).strip(), left_out,
+            " ".join((one.reason, *_faults(one))).strip(), left_out,
         ))  # fmt: skip
     return Table(title="captures", columns=_HEADS, rows=tuple(rows))
 
 
 def _faults(outcome: Outcome) -> list[str]:
-    return [f"{step.name}: {step.told}" for step in outcome.steps if step.exit_code]
+    return [f"{step.name}: {step.reason}" for step in outcome.steps if step.exit_code]

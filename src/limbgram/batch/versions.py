@@ -9,10 +9,10 @@ _ALWAYS = ("limbgram.batch.attempt_process", "limbgram.cases.job")
 
 
 def program_version(modules: Iterable[str] = ()) -> str:
-    """What results hang on of the program, of Python and of the libraries that are installed.
+    """Hash of all that results depend on in the program, Python and the installed libraries.
 
     Args:
-        modules: Whose code is used beside that of a reconstruction: of the steps after it.
+        modules: Modules of the steps after the reconstruction.
     """
-    told = "\n".join(code_version(module) for module in (*_ALWAYS, *modules))
-    return hashlib.sha256(told.encode()).hexdigest()
+    versions = "\n".join(code_version(module) for module in (*_ALWAYS, *modules))
+    return hashlib.sha256(versions.encode()).hexdigest()

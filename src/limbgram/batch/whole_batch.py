@@ -1,8 +1,8 @@
-"""Whole batch: a folder of captures, planned from its settings and done to a table.
+"""Whole batch: a folder of captures, planned from its settings and run to a table of outcomes.
 
 In      the folder of the captures, the folder of the cases, a request.
-Out     Prepared: a plan for each capture, which computes nothing; Worked: outcomes and the table.
-Fails   OptionsError: settings that are none, folders and options that do not go together.
+Out     Prepared: a plan for each capture, nothing computed yet; Worked: outcomes and the table.
+Fails   OptionsError: wrong settings, folders and options that exclude each other.
 """
 
 from collections.abc import Callable, Generator, Sequence
@@ -74,27 +74,27 @@ class BatchRequest(BatchOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class Worked:
-    """What became of the captures."""
+    """The outcomes of a batch that has run."""
 
     outcomes: tuple[Outcome, ...]
     table: BatchTable
     stopped: bool
-    """Ctrl-C came."""
+    """By Ctrl-C."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prepared:
-    """What is to be done with each capture."""
+    """The plans of a batch."""
 
     ask: BatchRequest
     found: tuple[Capture, ...]
-    """All there are; those that are chosen have plans."""
+    """All captures; only the chosen ones have plans."""
     plans: tuple[Plan, ...]
     notes: tuple[str, ...]
     places: "_Places"
 
     def work(self, listener: Callable[[Event], None]) -> Worked:
-        """Do all, and write the table unless others do the other parts."""
+        """Run all plans, and write the table unless this is one part of several."""
         places, part = self.places, self.ask.part is not None
         alone = not part and not is_url(places.cases_at)
         with locked(CaseFolder(places.cases)) if alone else nullcontext():
@@ -103,8 +103,8 @@ class Prepared:
             if part:
                 table = table_of(outcomes, places.cases, self.notes, stopped=stopped)
                 return Worked(outcomes=outcomes, table=table, stopped=stopped)
-            told = {**earlier_outcomes(places.cases), **{one.name: one for one in outcomes}}
-            shown = tuple(told[one.name] for one in self.found if one.name in told)
+            known = {**earlier_outcomes(places.cases), **{one.name: one for one in outcomes}}
+            shown = tuple(known[one.name] for one in self.found if one.name in known)
             places.fetch_pictures(shown)
             table = write_table(shown, places.cases, self.notes, stopped=stopped)
             return Worked(outcomes=shown, table=places.bring(table), stopped=stopped)
@@ -131,7 +131,7 @@ class Prepared:
 
 @contextmanager
 def prepared(folder: str, cases: str, ask: BatchRequest) -> Generator[Prepared]:
-    """The plans of a batch, as long as what lies behind a URL has a folder here.
+    """The plans of a batch; inside, captures and cases behind a URL have a temporary folder here.
 
     Args:
         folder: Of the captures; with a cluster also a URL.
@@ -158,10 +158,9 @@ def prepared(folder: str, cases: str, ask: BatchRequest) -> Generator[Prepared]:
 
 @dataclass(frozen=True)
 class _Places:
-    """Where captures and cases lie, and where they stand for planning and for the table.
+    """Where captures and cases lie (folder or URL), and their folders on this machine.
 
-    Both are the same folders, but for what lies behind a URL: that has a folder of its own here
-    meanwhile.
+    For what lies behind a URL that is a temporary folder, for the plan and the table.
     """
 
     captures: str
@@ -170,19 +169,20 @@ class _Places:
     cases: Path
 
     def fetch_pictures(self, outcomes: Sequence[Outcome]) -> None:
-        """The pictures that the page shows."""
+        """Download the pictures that the page shows."""
         at = cases_at(self.cases_at)
         if not isinstance(at, CasesAtUrl):
             return
         for outcome in outcomes:
-            place = self.cases / outcome.name / "report" / "surface.png"
-            content = at.read(outcome.name, "report/surface.png") if outcome.done else None
+            case = CaseFolder(self.cases / outcome.name)
+            inside = case.surface_picture.relative_to(case.root).as_posix()
+            content = at.read(outcome.name, inside) if outcome.done else None
             if content is not None:
-                place.parent.mkdir(parents=True, exist_ok=True)
-                place.write_bytes(content)
+                case.report.mkdir(parents=True, exist_ok=True)
+                case.surface_picture.write_bytes(content)
 
     def bring(self, table: BatchTable) -> BatchTable:
-        """The table where the cases are."""
+        """The table, uploaded to where the cases are."""
         if not is_url(self.cases_at):
             return table
         files = [self.cases / name for name in NAMES]
@@ -208,7 +208,7 @@ def _places(folder: str, cases: str) -> Generator[_Places]:
 
 
 def _require_fitting(folder: str, cases: str, ask: BatchRequest) -> None:
-    """Refuse what cannot go together.
+    """Refuse options that exclude each other.
 
     Raises:
         OptionsError: says what, and what to do instead.
@@ -232,7 +232,7 @@ def _batch(folder: Path, given: Path | None) -> tuple[Batch, Path]:
 
 
 def _chosen(captures: Sequence[Capture], only: Sequence[str], batch: Batch) -> tuple[Capture, ...]:
-    """The captures that are wanted; a name that none has is a slip that nobody would notice.
+    """The captures that the request names; a name that no capture has is refused.
 
     Raises:
         OptionsError: a capture that is named is not there, or has the name of our own file.
@@ -272,7 +272,7 @@ def _part(captures: tuple[Capture, ...], part: str | None) -> tuple[Capture, ...
 
 
 def _plan(capture: Capture, batch: Batch, base: Path, cases: Path) -> Plan:
-    """What is to be done with a capture; what is wrong with its own settings is its own fault."""
+    """The plan of a capture; wrong settings of its own are a refusal of that capture alone."""
     case = (cases / capture.name).absolute()
     try:
         settings = batch.of_all.overlaid(batch.of_one.get(capture.name, Settings()))

@@ -6,16 +6,14 @@ SHELF/cameras/ID/received/        photos of the board
 SHELF/cameras/ID/label.json       name, day, what became of the last calibration
 """
 
-import secrets
 import shutil
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from limbgram.cases.case_record import read_kept, write_json
+from limbgram.cases.case_record import read_kept, utc_now, write_json
 from limbgram.cases.shelf_ids import LONGEST_NAME, is_id, new_id
 from limbgram.core.errors import (
     CalibrationError,
@@ -28,7 +26,7 @@ from limbgram.core.errors import (
     in_words,
     printable,
 )
-from limbgram.core.files import write_bytes
+from limbgram.core.files import write_bytes, written_whole
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding, fault, note, told
@@ -44,7 +42,7 @@ from limbgram.reconstruction.targets.board import Board
 from limbgram.report.calibration import calibration_picture
 from limbgram.services.calibrate import calibrate_photos, write_lens
 
-_LOOKED_AT = 12
+_PHOTOS_CHECKED = 12
 """Photos of a capture whose headers tell whether the camera is theirs; the run looks at all."""
 
 _INTERRUPTED = fault("camera.interrupted")
@@ -54,7 +52,7 @@ CameraState = Literal["empty", "calibrating", "refused", "ready"]
 
 @dataclass(frozen=True, kw_only=True)
 class CameraLabel:
-    """What is said of a camera."""
+    """Name of a camera and the state of its calibration."""
 
     name: str
     made: str
@@ -69,7 +67,7 @@ class CameraLabel:
 
     @property
     def as_calibrating(self) -> "CameraLabel":
-        """While its calibration goes on."""
+        """The label during a calibration."""
         return replace(self, state="calibrating", finding=None, message="")
 
     @property
@@ -99,10 +97,10 @@ class KeptCamera:
 
     @property
     def label(self) -> CameraLabel:
-        """What is said of it.
+        """Its name and the state of its calibration.
 
         Raises:
-            CaseError: that is there and cannot be read.
+            CaseError: the label file is there and cannot be read.
         """
         kept = read_kept(self.label_file, CameraLabel, "camera")
         return CameraLabel(name=self.camera_id, made="") if kept is None else kept
@@ -120,7 +118,7 @@ class KeptCamera:
 
     @property
     def interrupted(self) -> CameraLabel:
-        """Its label where nobody calibrates it any more though it says so."""
+        """The label of a camera whose calibration was ended before it finished."""
         state: CameraState = "ready" if self.file.is_file() else "empty"
         return replace(self.label, state=state, finding=_INTERRUPTED, message="")
 
@@ -129,7 +127,7 @@ class KeptCamera:
         return read_camera(self.file) if self.file.is_file() else None
 
     def calibrate(self, board: Board, run: Run) -> None:
-        """Find its lens by the photos of the board that are here; what became of it is its label.
+        """Calibrate the lens by the received photos of the board; the label tells the result.
 
         Raises:
             LimbgramError: the photos do not tell the lens; an earlier calibration stays.
@@ -139,33 +137,32 @@ class KeptCamera:
             if not self.received.is_dir():
                 raise CalibrationError("camera.no_board_photos")
             found = calibrate_photos([self.received], board, run)
-            picture, told = calibration_picture(found), _told(found)
+            picture, result = calibration_picture(found), _calibration_result(found)
             self.certificate.unlink(missing_ok=True)  # it never stands beside another lens
             write_lens(self.file, found)
             write_bytes(self.certificate, picture)
         except (LimbgramError, OSError) as error:
             state: CameraState = "ready" if self.file.is_file() else "refused"
-            found = disk_finding(error) if isinstance(error, OSError) else error.finding
-            self.relabel(replace(self.label, state=state, finding=found, message=""))
+            reason = disk_finding(error) if isinstance(error, OSError) else error.finding
+            self.relabel(replace(self.label, state=state, finding=reason, message=""))
             raise
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        self.relabel(replace(self.label, state="ready", calibrated=now, finding=told))
+        self.relabel(replace(self.label, state="ready", calibrated=utc_now(), finding=result))
 
     def take_file(self, content: bytes) -> None:
         """Take a camera file that was made elsewhere.
 
         Raises:
-            CaseError: it is none.
+            CaseError: it is no camera file; the lens before stays.
         """
-        beside = self.folder / f".{secrets.token_hex(4)}.json"
-        try:
+
+        def check(written: Path) -> None:
+            read_camera(written)
+            self.certificate.unlink(missing_ok=True)  # it never stands beside another lens
+
+        with written_whole(self.file, check) as beside:
             beside.write_bytes(content)
-            read_camera(beside)
-            beside.replace(self.file)
-        finally:
-            beside.unlink(missing_ok=True)
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        self.relabel(replace(self.label, state="ready", calibrated=now, finding=None, message=""))
+        ready = replace(self.label, state="ready", calibrated=utc_now(), finding=None, message="")
+        self.relabel(ready)
 
 
 @dataclass(frozen=True)
@@ -197,9 +194,8 @@ class Cameras:
         folder = self.root / camera_id
         folder.mkdir(parents=True)
         made = KeptCamera(camera_id, folder)
-        now = datetime.now(UTC).isoformat(timespec="seconds")
         try:
-            made.relabel(CameraLabel(name=name, made=now))
+            made.relabel(CameraLabel(name=name, made=utc_now()))
         except OptionsError:
             folder.rmdir()
             raise
@@ -210,7 +206,7 @@ class Cameras:
         shutil.rmtree(camera.folder)
 
     def settle(self) -> None:
-        """Say of calibrations that nobody waits for any more that they were interrupted."""
+        """Mark calibrations that an earlier run of the program left unfinished as interrupted."""
         for camera in self.all():
             with suppress(CaseError, OSError):  # one that cannot be read is told in the list
                 if camera.label.state == "calibrating":
@@ -218,11 +214,11 @@ class Cameras:
 
 
 def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> str:
-    """Why photos cannot be of these cameras, as their size and headers tell; empty where they can.
+    """Why photos cannot be of these cameras, by their size and headers; empty where they can.
 
-    Some of the photos, evenly spread, are looked at.
+    A few of the photos, evenly spread, are checked.
     """
-    step = max(1, -(-len(photos) // _LOOKED_AT))
+    step = max(1, -(-len(photos) // _PHOTOS_CHECKED))
     try:
         found = read_photos(photos[::step], PhotoOptions(min_photos=1))
         foreign = contradicting_exif(found, cameras_for(found, given))
@@ -233,8 +229,8 @@ def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> str:
         return ""  # no photo can be read yet: nothing tells against the camera
 
 
-def _told(found: BoardCalibration) -> Finding:
-    """What a calibration found."""
+def _calibration_result(found: BoardCalibration) -> Finding:
+    """Residual and remarks of a calibration."""
     return note(
         "camera.calibrated",
         photos=len(found.photos),

@@ -1,6 +1,6 @@
-"""Capture check: `limbgram check` on photos in place; reduced copies are temporary.
+"""Capture check: checks photos where they lie, on temporary reduced copies.
 
-A CaptureWatch keeps them, and all that is known of each photo, for as long as photos come: another
+A CaptureWatch keeps the copies, and what was found in each photo, while photos arrive: another
 photo costs the work on that photo, and the placing of all.
 """
 
@@ -51,7 +51,7 @@ from limbgram.services.reconstruct import NO_BOARD
 
 _SMALL_MEGAPIXELS = 1.5
 _FEWEST = 2
-"""Photos that can be checked."""
+"""Photos that a check needs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,17 +124,17 @@ def _with_masks(photos: PhotoSet, masks: Path) -> PhotoSet:
 
 
 _Stamp = tuple[int, int]
-"""Size and time of a file: what tells that it is the one that was read."""
-_Pixels = tuple[str, int | None, Path | None]
+"""Size and time of a file, which change when it is written again."""
+_CopyKey = tuple[str, int | None, Path | None]
 
 
-def _pixels_of(photo: Photo) -> _Pixels:
-    """What the small copy of a photo hangs on."""
+def _copy_key(photo: Photo) -> _CopyKey:
+    """Key of all that the reduced copy of a photo depends on."""
     return photo.sha256, photo.bits, photo.mask_path
 
 
 class CaptureWatch:
-    """Checks a capture while it grows. Use it in a `with`: what it keeps is removed at the end."""
+    """Checks a capture while photos arrive; leaving its `with` removes its temporary files."""
 
     def __init__(
         self,
@@ -147,8 +147,8 @@ class CaptureWatch:
         self._masks = masks
         self._coach = Coach(calibrations, board)
         self._scratch = tempfile.TemporaryDirectory(prefix="limbgram-watch-")
-        self._looked: dict[Path, tuple[_Stamp, Photo | SetAside]] = {}
-        self._copies: dict[_Pixels, Photo] = {}
+        self._read_files: dict[Path, tuple[_Stamp, Photo | SetAside]] = {}
+        self._copies: dict[_CopyKey, Photo] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -165,7 +165,7 @@ class CaptureWatch:
         self._scratch.cleanup()
 
     def check(self, sources: Sequence[Path], run: Run | None = None) -> CaptureCheck:
-        """Check the photos in these files and folders as they are now.
+        """Check the photos that these files and folders hold now.
 
         Raises:
             PhotoError: a source does not exist, or fewer than two photos are readable.
@@ -182,13 +182,13 @@ class CaptureWatch:
                 aside=len(photos.set_aside),
                 left_out=left_out(photos.set_aside),
             )
-        fresh = tuple(one for one in photos.photos if _pixels_of(one) not in self._copies)
+        fresh = tuple(one for one in photos.photos if _copy_key(one) not in self._copies)
         if fresh:
             folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
             copies = run(reduce_photos, replace(photos, photos=fresh), folder)
-            self._copies |= dict(zip(map(_pixels_of, fresh), copies.photos))
+            self._copies |= dict(zip(map(_copy_key, fresh), copies.photos))
         small = tuple(
-            replace(self._copies[_pixels_of(one)], name=one.name, camera_idx=one.camera_idx)
+            replace(self._copies[_copy_key(one)], name=one.name, camera_idx=one.camera_idx)
             for one in photos.photos
         )
         reduced = replace(photos, photos=small, cameras=_small_cameras(photos))
@@ -198,7 +198,7 @@ class CaptureWatch:
         """As `read_photos`, but only files that are new or were written again are decoded."""
         found = candidates_in(sources)
         stamps = {one.path: stamp_of(one.path) for one in found.photos}
-        known = {file: own for file, own in self._looked.items() if stamps.get(file) == own[0]}
+        known = {file: own for file, own in self._read_files.items() if stamps.get(file) == own[0]}
         new = [file for file in stamps if file not in known]
 
         def read() -> list[Photo | SetAside]:
@@ -206,12 +206,12 @@ class CaptureWatch:
 
         read.__name__ = read_photos.__name__
         looked = zip(new, run(read) if new else [])
-        self._looked = known | {file: (stamps[file], one) for file, one in looked}
-        return photo_set(found, [self._looked[one.path][1] for one in found.photos])
+        self._read_files = known | {file: (stamps[file], one) for file, one in looked}
+        return photo_set(found, [self._read_files[one.path][1] for one in found.photos])
 
 
 def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
-    """The files that lie there now, each with what changes when it is written again.
+    """The files in the sources, each with its stamp.
 
     Raises:
         PhotoError: a source does not exist.
@@ -233,7 +233,7 @@ def stamp_of(file: Path) -> _Stamp:
 
 
 def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
-    """Small copies, in shades of grey, with the pixel centres kept, and of their masks."""
+    """Reduced grey copies of photos and of their masks, pixel centres aligned."""
     cameras = _small_cameras(photos)
 
     def reduce_one(number: int) -> Photo:
@@ -260,7 +260,7 @@ def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
 
 
 def _small_cameras(photos: PhotoSet) -> tuple[CameraGroup, ...]:
-    """The camera groups of small copies: groups that come out alike stay apart."""
+    """The camera groups of reduced copies; groups that become equal stay separate."""
 
     def small(group: CameraGroup) -> CameraGroup:
         size_px = group.width_px, group.height_px
@@ -272,7 +272,7 @@ def _small_cameras(photos: PhotoSet) -> tuple[CameraGroup, ...]:
 
 
 def _reduced_mask(photo: Photo, place: Path, size: tuple[int, int]) -> Path | None:
-    """The small copy of a photo's mask, beside that of the photo; upright, as masks are."""
+    """Write the reduced copy of a photo's mask beside that of the photo; upright, as masks are."""
     mask = load_mask(photo)
     if mask is None:
         return None

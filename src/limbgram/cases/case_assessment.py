@@ -1,13 +1,13 @@
 """Case assessment: the accuracy report of a finished case, by itself or against a truth.
 
-In      a finished case, to the byte what its run kept: the keys stand in case.json, the hashes
-        beside the products, those of the photos among them. A truth is the truth folder of a
-        capture, or any mesh file. Nothing is computed again.
-Out     CASE/accuracy.json, accuracy.html and accuracy.pdf; beside a truth accuracy-truth.*, so that
-        the case's own verdict stays what others cite, whatever it was compared with. Also what
-        records of a shape cite of a case, and the painted marks of its photos on its surface.
-Fails   CaseError: no finished case, or not what it was finished with; OptionsError: the truth or
-        the shape does not belong to it.
+In      a finished case, unchanged since: case.json has the keys of its products, which are checked
+        by hash, as are the photos. A truth is the truth folder of a capture, or any mesh file.
+        Nothing is computed again.
+Out     CASE/accuracy.json, accuracy.html and accuracy.pdf; compared with a truth accuracy-truth.*,
+        so that the case's own verdict, which others cite, stays as it is. Also the case as a source
+        that records cite, and the painted marks of its photos on its surface.
+Fails   CaseError: no finished case, or changed since; OptionsError: the truth or the shape does not
+        belong to it.
 """
 
 import math
@@ -71,9 +71,9 @@ def kept_evidence(case: CaseFolder) -> Evidence:
     metric = _read(case, kept, "to_millimetres", MetricScene)
     given = "without_files" if "without_files" in kept else "cameras_for"
     photos, cameras = _read(case, kept, "read_photos", PhotoSet), _read(case, kept, given, Cameras)
-    two = len(metric.scene.cameras) != len(cameras.calibrations)  # the photos told of two lenses
-    if two or "by_cut" in kept:
-        lenses = _read(case, kept, "by_lens" if two else "by_cut", ByLens)
+    split = len(metric.scene.cameras) != len(cameras.calibrations)  # two lenses were found
+    if split or "by_cut" in kept:
+        lenses = _read(case, kept, "by_lens" if split else "by_cut", ByLens)
         photos, cameras = lenses.photos, lenses.cameras
     return Evidence(
         photos=replace(photos, set_aside=record.set_aside),
@@ -89,9 +89,9 @@ def kept_evidence(case: CaseFolder) -> Evidence:
 
 
 def _day_of(record: CaseRecord) -> date:
-    """The day on which a case was computed: its kit's test is as old as it was then.
+    """The day on which a case was computed, to which the age of its kit's test refers.
 
-    So the verdict of a case does not change while nobody touches it. Today where it is not said.
+    So the verdict of an unchanged case stays the same. Today if the record has no day.
     """
     try:
         return datetime.fromisoformat(record.written).astimezone(UTC).date()
@@ -115,7 +115,7 @@ def require_unaltered(photos: Iterable[Photo]) -> None:
 
 
 def _finished(case: CaseFolder) -> CaseRecord:
-    """What case.json says of a finished case."""
+    """The record of a finished case."""
     try:
         record = read_record(case)
     except LookupError as error:
@@ -125,17 +125,17 @@ def _finished(case: CaseFolder) -> CaseRecord:
     return record
 
 
-_BEFORE_PLACING = ("read_photos", "cameras_for", "find_board")
+_STAGES_BEFORE_PLACING = ("read_photos", "cameras_for", "find_board")
 
 
 def _kept_stages(record: CaseRecord) -> dict[str, StageEntry]:
-    """By the name of the stage, its first run that counts.
+    """The first valid run of each stage, by the stage's name.
 
-    Where photos were placed again without a camera file, what was placed with it does not count.
+    Where photos were placed again without a camera file, the runs with it are not valid.
     """
     runs = list(record.stages)
     again = next((k for k, one in enumerate(runs) if one.stage == "without_files"), 0)
-    counted = [one for one in runs[:again] if one.stage in _BEFORE_PLACING] + runs[again:]
+    counted = [one for one in runs[:again] if one.stage in _STAGES_BEFORE_PLACING] + runs[again:]
     return {one.stage.split("-")[0]: one for one in reversed(counted)}
 
 
@@ -162,9 +162,9 @@ def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTru
     """
     folder = next((one for one in (path / "truth", path) if (one / "mesh.ply").is_file()), None)
     if folder is not None:
-        known = _of_capture(folder, evidence, alignment)
+        known = _capture_truth(folder, evidence, alignment)
     elif path.is_file():
-        known = _of_mesh(path, alignment)
+        known = _mesh_truth(path, alignment)
     else:
         raise CaseError("case.no_truth", path=str(path))
     if alignment == "cameras" and len(known.centres_mm) < FEWEST_CAMERAS:
@@ -172,7 +172,7 @@ def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTru
     return known
 
 
-def _of_capture(folder: Path, evidence: Evidence, alignment: Alignment) -> KnownTruth:
+def _capture_truth(folder: Path, evidence: Evidence, alignment: Alignment) -> KnownTruth:
     vertices, faces = read_truth_mesh(folder / "mesh.ply")
     ours = {view.name: view.centre_in_world for view in evidence.metric.scene.views}
     true = centres_mm(folder / "cameras.json")
@@ -194,7 +194,7 @@ def _of_capture(folder: Path, evidence: Evidence, alignment: Alignment) -> Known
 
 
 def _lowest_mm(notes: Path) -> float:
-    """Height below which the truth itself says that nothing is compared: the rim of the cut."""
+    """Height below which the truth excludes its surface: the rim of the cut."""
     if not notes.is_file():
         return -math.inf
     try:
@@ -204,7 +204,7 @@ def _lowest_mm(notes: Path) -> float:
         raise CaseError("case.truth_unclear", path=str(notes), why=str(error)) from error
 
 
-def _of_mesh(path: Path, alignment: Alignment) -> KnownTruth:
+def _mesh_truth(path: Path, alignment: Alignment) -> KnownTruth:
     mesh = read_limb(path).mesh
     truth = Truth(
         vertices_mm=mesh.vertices_mm,
@@ -220,9 +220,9 @@ def _stack(points: list[Float64[np.ndarray, "3"]]) -> Points3:
 
 
 def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> Assessment:
-    """Assess a finished case from what it keeps, and write page, PDF and JSON into it.
+    """Assess a finished case from its products, and write page, PDF and JSON into it.
 
-    Beside a truth they have names of their own, and what the case says of itself stays.
+    Compared with a truth they have names of their own, and the case's own report stays.
 
     Raises:
         CaseError: it is no finished case, its products cannot be read, or the truth cannot.
@@ -265,14 +265,14 @@ def cited(case: CaseFolder) -> CaseSource:
     return CaseSource(sha256=hash_of_photos, accuracy=said, files=files)
 
 
-_MOST_TRIED = 2000
+_MOST_COMPARED = 2000
 _SAME_VERTEX_MM = 0.01
-"""Files carry places in single precision, or to six decimals."""
+"""Files have coordinates in single precision, or with six decimals."""
 _LEAST_SAME = 0.5
-"""Share of the vertices that must be the case's own: the rest may have been edited."""
-_ALIKE_MM = 0.15
-"""So even is the distance of a surface that was only thinned out or moved along its normals."""
-_ALIKE_SHARE = 0.95
+"""Share of the vertices that must be the case's own; the others may have been edited."""
+_EVEN_MM = 0.15
+"""Largest spread of the distances of a surface that was only decimated or offset."""
+_EVEN_SHARE = 0.95
 _THICKEST_SOCK_MM = 8.0
 
 
@@ -312,18 +312,18 @@ def stickers_of(case: CaseFolder, shape: Mesh) -> PlacedStickers:
 
 
 def _require_same_place(case: CaseFolder, shape: Mesh, kept: Mesh) -> None:
-    """Half of the shape's vertices are the case's, or it lies evenly over the case's surface.
+    """Refuse a shape unless half of its vertices are the case's, or it is an offset of its surface.
 
-    A limb that is turned about its axis lies near the case's surface too: nearness tells nothing.
+    Mere nearness proves nothing: a limb that is turned about its axis is near, too.
     """
-    tried = shape.vertices_mm[:: max(1, len(shape) // _MOST_TRIED)]
-    own = KDTree(kept.vertices_mm).query(tried)[0] <= _SAME_VERTEX_MM
+    compared = shape.vertices_mm[:: max(1, len(shape) // _MOST_COMPARED)]
+    own = KDTree(kept.vertices_mm).query(compared)[0] <= _SAME_VERTEX_MM
     if own.mean() >= _LEAST_SAME:
         return
-    over_mm = signed_on(kept).signed(tried).signed_mm
+    over_mm = signed_on(kept).signed(compared).signed_mm
     middle_mm = float(np.median(over_mm))
-    uneven_mm = float(np.quantile(np.abs(over_mm - middle_mm), _ALIKE_SHARE))
-    if abs(middle_mm) <= _THICKEST_SOCK_MM and uneven_mm <= _ALIKE_MM:
+    uneven_mm = float(np.quantile(np.abs(over_mm - middle_mm), _EVEN_SHARE))
+    if abs(middle_mm) <= _THICKEST_SOCK_MM and uneven_mm <= _EVEN_MM:
         return
     raise OptionsError(
         "case.other_shape",

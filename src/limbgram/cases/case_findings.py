@@ -1,4 +1,4 @@
-"""Findings of a finished case: what its files say of tapes, of movement and of the photos."""
+"""Case findings: the findings on tapes, movement and photos that a finished case keeps."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from limbgram.findings import Finding, fault, note
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """One criterion of the accuracy, as it was judged."""
+    """The verdict on one criterion of the accuracy."""
 
     key: str
     light: Literal["green", "amber", "red"]
@@ -56,15 +56,15 @@ _TAPE, _MOVEMENT = "tape", "movement"
 
 
 def tapes_judged(case: CaseFolder) -> tuple[Judged, ...]:
-    """What accuracy.json says of each taped girth; nothing where no such file can be read."""
+    """Verdicts of accuracy.json on taped girths; none where the file cannot be read."""
     return _judged(case, _TAPE)
 
 
 def capture_notes(case: CaseFolder) -> tuple[Finding, ...]:
-    """Whether the limb kept still, and what was done with the photos, as the pages say it.
+    """Findings on the limb's movement and on how the photos were processed, as the report has them.
 
     Masks, a turntable, two poses, coded marks that helped, lenses of single photos, photos that
-    were reduced. Of a file that cannot be read, that.
+    were reduced; and a finding for each file that cannot be read.
     """
     files = {case.accuracy("json"): _Accuracy, case.summary: _Done}
     unread = [one for one, kind in files.items() if one.exists() and _read(one, kind) is None]

@@ -1,4 +1,4 @@
-"""The record: CASE/case.json, what was done, with which versions, from which photos."""
+"""Case record: CASE/case.json, the state of a case with its versions, photos, stages and files."""
 
 import itertools
 import json
@@ -33,7 +33,7 @@ _LIBRARIES = (
     "matplotlib",
 )
 
-_LARGEST = 40_000_000
+_LARGEST_BYTES = 40_000_000
 _AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 State = Literal["unfinished", "cancelled", "refused", "finished"]
@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, kw_only=True)
 class StageEntry:
-    """A stage of the run that finished, and the key of its product."""
+    """A stage of the run, and the key of its product."""
 
     stage: str
     key: str
@@ -58,14 +58,14 @@ class FileEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoHash:
-    """What is read of a photo's entry."""
+    """The hash in a photo's entry."""
 
     sha256: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class CaseRecord:
-    """What is read of case.json."""
+    """The fields of case.json that the program reads."""
 
     state: State
     job: str = ""
@@ -78,8 +78,8 @@ class CaseRecord:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Judged:
-    """What case.json says of the result."""
+class _Result:
+    """State and verdict in case.json."""
 
     state: State
     verdict: Verdict | None = None
@@ -112,15 +112,15 @@ class _TimedStage(_StageRun):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Content:
+class _RecordFile:
     """What is written to case.json, in this order."""
 
     schema: str = SCHEMA
     state: State
     message: str
-    """In English, for readers without the words."""
+    """The finding in English, for other programs."""
     finding: Finding | None
-    """Why there is no result, or what became of a later run."""
+    """Why there is no result, or how a later run ended."""
     verdict: Verdict | None
     superseded: str | None
     """Folder of the earlier run's results that no longer stand."""
@@ -155,7 +155,7 @@ def read_verdict(case: CaseFolder) -> Verdict | None:
     Raises:
         CaseError: the record is there and cannot be read.
     """
-    kept = read_kept(case.record, _Judged, "record")
+    kept = read_kept(case.record, _Result, "record")
     return kept.verdict if kept is not None and kept.state == "finished" else None
 
 
@@ -172,17 +172,17 @@ def write_record(
     """Replace case.json.
 
     Args:
-        job: Key of what was asked for (`superseding.key_of`).
+        job: Key of the request (`superseded.key_of`).
         verdict: Of a finished run.
     """
-    content = _Content(
+    content = _RecordFile(
         state=state,
         message="" if finding is None else told(finding),
         finding=finding,
         verdict=verdict,
         superseded=case.superseded.name if case.superseded.is_dir() else None,
         job=job,
-        written=datetime.now(UTC).isoformat(timespec="seconds"),
+        written=utc_now(),
         versions={name: version(name) for name in ("limbgram", *_LIBRARIES)},
         python=platform.python_version(),
         system=platform.platform(),
@@ -195,25 +195,29 @@ def write_record(
 
 
 def add_finding(case: CaseFolder, finding: Finding) -> None:
-    """Tell in case.json of a later run that changed nothing."""
+    """Add a finding to case.json on a later run that changed nothing."""
     record: Any = json.loads(case.record.read_text("utf-8"))
     write_json(case.record, {**record, "message": told(finding), "finding": as_json(finding)})
 
 
+def utc_now() -> str:
+    """Date and time, UTC, to the second, as records and labels have it."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
 def write_json(path: Path, content: Any) -> None:
-    """Write JSON whole or not at all."""
+    """Write JSON under a temporary name, and rename it."""
     with written_whole(path) as beside:
         beside.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
 
 
 def read_kept(path: Path, kind: type[T], what: str) -> T | None:
-    """What a file holds that people's work is kept in; None where there is none.
+    """The content of a file that keeps people's work; None where there is none.
 
-    One that cannot be read is not an empty one: whoever asks is told, and so cannot write another
-    one over it, made of nothing.
+    A file that cannot be read is an error and no empty file, so that it is not overwritten.
 
     Args:
-        what: The file, by the key under which `kept.unreadable` tells it.
+        what: The kind of file, as `kept.unreadable` names it.
 
     Raises:
         CaseError: it is there and cannot be read.
@@ -221,19 +225,19 @@ def read_kept(path: Path, kind: type[T], what: str) -> T | None:
     if not path.exists():
         return None
     try:
-        tree = json_of(read_content(path, _LARGEST, CaseError))
+        tree = json_of(read_content(path, _LARGEST_BYTES, CaseError))
         return value_of(tree, kind, strictness=_AS_WRITTEN)
     except (CaseError, ValueError) as error:
         raise unreadable(path, what) from error
 
 
 def unreadable(path: Path, what: str) -> CaseError:
-    """The refusal of a file that people's work is kept in and that cannot be read."""
+    """The refusal of a file that keeps people's work and cannot be read."""
     return CaseError("kept.unreadable", what=what, file=path.name)
 
 
 def set_aside(path: Path) -> Path:
-    """Give a file that cannot be read another name in its folder; returns that."""
+    """Rename a file that cannot be read; returns its new path in the same folder."""
     for number in itertools.count(1):
         beside = path.with_name(f"{path.stem}.unreadable-{number}{path.suffix}")
         if not beside.exists():
@@ -248,13 +252,13 @@ def _photos(done: Reconstruction) -> tuple[_PhotoEntry, ...]:
             name=photo.name,
             sha256=photo.sha256,
             placed=verdicts[photo.name].placed,
-            reason=_told(verdicts[photo.name].reason),
+            reason=_sentence(verdicts[photo.name].reason),
         )
         for photo in done.photos.photos
     )
 
 
-def _told(reason: Finding | None) -> str:
+def _sentence(reason: Finding | None) -> str:
     return "" if reason is None else told(reason)
 
 
@@ -281,7 +285,7 @@ def _stages(run: CachingRun) -> tuple[_StageRun, ...]:
 
 
 def _files(case: CaseFolder) -> tuple[FileEntry, ...]:
-    """What was delivered; hidden files are half written ones, or of the system."""
+    """The delivered files; hidden ones are temporary, or the system's."""
     files = sorted(
         file
         for file in case.deliverables.rglob("*")

@@ -38,10 +38,10 @@ def certificate_beside(camera_file: Path) -> Path:
 
 
 def require_certificate_place(path: Path) -> None:
-    """Refuse to write over what is no certificate, or where nothing can be written.
+    """Refuse a path where no certificate can be written, or another kind of file lies.
 
     Raises:
-        CaseError: another file lies there, or its name is none for a certificate.
+        CaseError: another file lies there, or its name does not end in .json.
         ExportError: its folder cannot be made.
     """
     if not path.name.endswith(".json"):
@@ -56,10 +56,10 @@ def require_certificate_place(path: Path) -> None:
 
 
 def write_certificate(path: Path, certificate: Certificate) -> None:
-    """Keep a certificate; an older one of the same name gives way.
+    """Write a certificate, in place of an older one of the same name.
 
     Raises:
-        CaseError: the file would take the place of another one.
+        CaseError: another kind of file lies there.
         ExportError: it cannot be written.
     """
     require_certificate_place(path)
@@ -69,7 +69,7 @@ def write_certificate(path: Path, certificate: Certificate) -> None:
 
 
 def read_certificate(path: Path) -> Certificate:
-    """What a certificate says.
+    """Read a certificate.
 
     Raises:
         CaseError: there is none, it is damaged, or somebody changed it.
@@ -106,7 +106,7 @@ def take_certificates_in(case: CaseFolder, camera_files: Sequence[Path]) -> None
 
 
 def cited_setups(case: CaseFolder, today: date) -> tuple[SetupCited, ...]:
-    """What the case's reports say of its kit; nothing where its cameras have no certificate.
+    """Citations of the kit's certificates for reports; none for cameras without a certificate.
 
     Raises:
         CaseError: a certificate in the case is not as it was written.

@@ -1,8 +1,8 @@
-"""Child process: a program of ours beside this one, told one line, telling events line by line.
+"""Child process: a process of this program that takes one line and answers with events, one a line.
 
 It imports from where this one does, never from the folder that this one was started in, and gets no
-Ctrl-C of its own. Its standard input stays open while somebody wants it: once that is closed, also
-because this process is gone, it ends by itself.
+Ctrl-C of its own. It ends by itself once its standard input is closed, also because this process is
+gone.
 """
 
 import json
@@ -22,26 +22,26 @@ Event = dict[str, Any]
 NO_MORE: Final[Event] = {"event": "ended"}
 """After the last event: the process has closed its output."""
 _MEMORY = {"GLIBC_TUNABLES": "glibc.malloc.arena_max=1:glibc.malloc.hugetlb=1"}
-"""Threads share one heap, in pages of 2 MB: a quarter less memory, a tenth less time in the
-system. Only glibc reads it."""
+"""For glibc: threads share one heap, in pages of 2 MB. It takes a quarter less memory and a tenth
+less system time."""
 
 
 class ChildProcess:
-    """One such process; `process` is the system's."""
+    """A running child process."""
 
     def __init__(
         self,
         command: Sequence[str],
         order: str,
         errors: IO[bytes],
-        more: Mapping[str, str] | None = None,
+        variables: Mapping[str, str] | None = None,
     ) -> None:
         """Start it.
 
         Args:
-            order: The line that it is told.
-            errors: Takes what libraries write.
-            more: Variables of its environment.
+            order: The line on its standard input.
+            errors: Takes its standard error, to which libraries write.
+            variables: Added to its environment.
         """
         self.process = subprocess.Popen(
             command,
@@ -49,7 +49,7 @@ class ChildProcess:
             stdout=subprocess.PIPE,
             stderr=errors,
             cwd=NEUTRAL_FOLDER,
-            env=environment() | dict(more or {}),
+            env=environment() | dict(variables or {}),
             start_new_session=sys.platform != "win32",
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
@@ -57,7 +57,7 @@ class ChildProcess:
         self._input = self.process.stdin
         self._lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         threading.Thread(target=self._read, args=(self.process.stdout,), daemon=True).start()
-        with suppress(BrokenPipeError):  # it died at once: the end of its events tells
+        with suppress(BrokenPipeError):  # it died at once: its events end without an answer
             self._input.write(order.encode() + b"\n")
             self._input.flush()
 
@@ -67,7 +67,7 @@ class ChildProcess:
         self._lines.put(b"")
 
     def event(self, within_s: float) -> Event | None:
-        """The next event, NO_MORE after the last; None where none comes in that time."""
+        """The next event, or NO_MORE after the last; None if none comes in that time."""
         try:
             line = self._lines.get(timeout=within_s)
         except queue.Empty:
@@ -75,7 +75,7 @@ class ChildProcess:
         return json.loads(line) if line else NO_MORE
 
     def end(self, grace_s: float) -> None:
-        """Let its current step end; after the grace, or at a second Ctrl-C, end it."""
+        """Close its standard input; after the grace, or at a second Ctrl-C, kill it."""
         try:
             with suppress(BrokenPipeError):
                 self._input.close()
@@ -86,10 +86,10 @@ class ChildProcess:
 
 
 def environment() -> dict[str, str]:
-    """What a process of ours inherits, with modules looked for where we looked.
+    """The environment of a child process: as here, PYTHONPATH with absolute paths.
 
-    Never in the folder that we were started in.
+    An empty entry, which means the current folder, is left out.
     """
-    given = os.environ.get("PYTHONPATH", "")
-    places = [str(Path(place).absolute()) for place in given.split(os.pathsep) if place]
-    return _MEMORY | dict(os.environ) | {"PYTHONPATH": os.pathsep.join(places)}
+    entries = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    paths = [str(Path(entry).absolute()) for entry in entries if entry]
+    return _MEMORY | dict(os.environ) | {"PYTHONPATH": os.pathsep.join(paths)}

@@ -17,7 +17,7 @@ from limbgram.workbench.limb import marked_red
 
 
 def surface_of(folder: Path, suffix: str = ".ply") -> Path:
-    """The delivered surface, by whichever name its verdict gave it."""
+    """The delivered surface; its name depends on the verdict."""
     plain = folder / f"surface{suffix}"
     red = marked_red(plain)
     return red if red.is_file() and not plain.is_file() else plain
@@ -28,8 +28,8 @@ def deliver(
 ) -> tuple[Path, ...]:
     """Write every deliverable into a folder; returns what was written.
 
-    Files are what leaves the case: mailed, copied to a carver, renamed by nobody. So it is a
-    shape's own name that says that it is red, `surface-RED.stl`, and no note beside it.
+    Files leave the case by mail or on the way to a carver, and keep their names: so the name tells
+    a red result, `surface-RED.stl`, not a note beside the file.
 
     Raises:
         ExportError: a surface folds over or through itself, a file did not read back as it was
@@ -39,7 +39,7 @@ def deliver(
         require_unfolded(surface)
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob(part_file("*", "*")):
-        old.unlink()  # of a run that found other parts
+        old.unlink()  # an earlier run may have found other parts
     mesh, unit = done.mesh, done.metric.scale.unit
 
     def named(name: str) -> Path:

@@ -84,16 +84,16 @@ def to_tree(value: object, arrays: list[np.ndarray], path_text: Callable[[Path],
 
 
 def from_tree(tree: Json, hint: Any, arrays: Sequence[np.ndarray], root: Path) -> Any:
-    """The value of type `hint` that a tree describes; relative paths are taken from `root`.
+    """The value of type `hint` that a tree describes; relative paths start at `root`.
 
-    A field that came later, with a default, is missing in what an older version kept.
+    A field with a default may be missing: an earlier version did not have it.
 
     Raises:
         Mismatch: the tree or one of its arrays does not fit the type.
     """
 
     def special(tree: Any, hint: Any, at: str) -> object:
-        """What JSON has no form for: named dataclasses, arrays, paths, and no numbers."""
+        """Values that JSON has no form for: dataclasses, arrays, paths, NaN and infinity."""
         table = cast(dict[str, Any], tree) if isinstance(tree, dict) else {}
         if isinstance(hint, type) and is_dataclass(hint) and hint is not Finding:
             if table.get("is") != hint.__name__:

@@ -1,8 +1,8 @@
 """Fingerprints: cache keys of products: hashes of their inputs, options, code and libraries.
 
-A product's key is the hash of its inputs (their content, files included), its options, the
-source code that makes it and the versions of the libraries that this code can use. Equal keys,
-equal product: nothing is computed twice.
+A product's key is the hash of its inputs (their content, files included), its options, the source
+code of its stage and the versions of the libraries that this code can use. Products with equal keys
+are equal.
 """
 
 import ast
@@ -34,19 +34,19 @@ _BEHIND = {
     "pycolmap": ("numpy",),
     "matplotlib": ("numpy",),
 }
-"""Libraries that another uses to compute, though our code names them nowhere."""
+"""Libraries that another library computes with, though our code does not import them."""
 _IMPORT = re.compile(
     rb"^[ \t]*(?:from[ \t]+\S+[ \t]+)?import[ \t]+(?:\([^)]*\)|[^(\n]*)", re.MULTILINE
 )
-"""An import statement; this project has one a line."""
+"""An import statement; each has a line of its own in this project."""
 _PARSING = threading.Lock()
-"""CPython counts how deep a tree lies for all threads together, and refuses good sources where two
-parse at once ("AST constructor recursion depth mismatch")."""
+"""Held while a source is parsed: CPython counts the depth of trees for all threads together, and
+two that parse at once fail ("AST constructor recursion depth mismatch")."""
 
 
 @dataclass
 class Fingerprints:
-    """Hashes of values; a product or a file that was hashed is not hashed again."""
+    """Hashes of values and files, each computed once."""
 
     _values: dict[int, tuple["weakref.ref[Any]", str]] = field(default_factory=dict)
     _files: dict[tuple[Path, int, int], str] = field(default_factory=dict)
@@ -96,6 +96,14 @@ def file_sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def sha256_if_readable(path: Path) -> str:
+    """SHA-256 of a file's bytes, or "unreadable": whoever needs the file reports why."""
+    try:
+        return file_sha256(path)
+    except OSError:
+        return "unreadable"
+
+
 @cache
 def code_version(module: str) -> str:
     """Hash of a module's source and of all limbgram modules that it imports, and theirs.
@@ -138,7 +146,7 @@ def _distributions(module: str) -> list[str]:
 
 @cache
 def _all_distributions() -> dict[str, list[str]]:
-    """What is installed, by the modules that it brings."""
+    """Installed distributions by the modules that they provide."""
     return {name: list(found) for name, found in packages_distributions().items()}
 
 
@@ -187,9 +195,9 @@ def _imported(source: bytes) -> Iterator[str]:
 
 
 def _imports(source: bytes) -> ast.Module:
-    """The import statements of a source; all of it where these cannot be told by their lines.
+    """The parsed import statements of a source; the whole source if their lines do not parse.
 
-    To parse whole files takes ten times as long.
+    Parsing whole files takes ten times as long.
     """
     with _PARSING:
         if b"import_module(" not in source:

@@ -1,16 +1,16 @@
 """The case folder: what lies where, taking photos in, and the lock that keeps it to one run.
 
 CASE/photos/          the photos as received: copies, never altered
-CASE/frames/VIDEO/    of a video: the frames that were taken, and why (see `frames`)
+CASE/frames/VIDEO/    of a video: the frames that were taken, and why (see `video_frames`)
 CASE/camera.json      the camera (camera-2.json, ... where there are several)
 CASE/stages/NAME/     one folder a stage: product.json, arrays.npz, stage.json (key, options)
 CASE/deliverables/    the files for other programs
 CASE/report/          pictures; CASE/report.html shows them; CASE/summary.json has the figures
-CASE/accuracy.*       what the case knows of its own error: JSON, page, PDF
-CASE/accuracy-truth.* the same beside a truth that it was compared with
+CASE/accuracy.*       the case's estimate of its own error: JSON, page, PDF
+CASE/accuracy-truth.* the same from a comparison with a truth
 CASE/case.json        versions, hashes, verdicts, timings
 CASE/superseded/      results of an earlier run that no longer stand, until a run finishes again
-CASE/log.txt          what the libraries said
+CASE/log.txt          output of the libraries
 """
 
 import os
@@ -37,14 +37,15 @@ from limbgram.reconstruction.photos.masks import (
 from limbgram.reconstruction.photos.photo import SetAside, left_out
 from limbgram.reconstruction.photos.reading import Candidate, candidates_in
 
-_HALF = re.compile(
+_LEFTOVER = re.compile(
     r"\.[0-9a-f]{16}\.\d+\.(part(\.\w+)?|old)|\.([0-9a-f]{16}|.+\.(json|html|pdf|png))\.half"
 )
-"""Files half written, as `written_whole` names them, and as earlier versions did."""
-_OURS = re.compile(r"\..+\.(half|part|old)(\.\w+)?")
-"""The same in folders in which nobody but us writes."""
+"""Temporary files, as `written_whole` names them, and as earlier versions did."""
+_OWN_LEFTOVER = re.compile(r"\..+\.(half|part|old)(\.\w+)?")
+"""The same in folders in which only this program writes."""
 _FICLONE = 0x40049409
-_TOLD_AT_MOST = 5
+"""Linux's request to let a file share the bytes of another one (ioctl_ficlone)."""
+_LISTED_AT_MOST = 5
 
 
 @dataclass(frozen=True)
@@ -78,12 +79,21 @@ class CaseFolder:
         return self.root / "report"
 
     @property
+    def surface_picture(self) -> Path:
+        return self.report / "surface.png"
+
+    @property
     def log(self) -> Path:
         return self.root / "log.txt"
 
     @property
     def record(self) -> Path:
         return self.root / "case.json"
+
+    @property
+    def job_file(self) -> Path:
+        """What is kept of its job (`job_queue`)."""
+        return self.root / "job.json"
 
     @property
     def superseded(self) -> Path:
@@ -100,7 +110,7 @@ class CaseFolder:
     def accuracy(
         self, suffix: Literal["json", "html", "pdf"], *, against_truth: bool = False
     ) -> Path:
-        """What the case says of itself, or what a comparison with a truth said."""
+        """The case's own accuracy, or that of its comparison with a truth."""
         return self.root / f"accuracy{'-truth' if against_truth else ''}.{suffix}"
 
     def camera_file(self, idx: int) -> Path:
@@ -163,9 +173,9 @@ def take_in(
         if wanted.setdefault(name, source).resolve() != source.resolve():
             raise PhotoError("case.photos_of_one_name", one=str(source), two=str(wanted[name]))
     for name, source in list(wanted.items()):
-        fault = _take_in_one(case, source, name)
-        if fault is not None:
-            set_aside.append(SetAside(name.name, Finding(AS_IS, values={"message": fault})))
+        reason = _copy_in(case, source, name)
+        if reason is not None:
+            set_aside.append(SetAside(name.name, Finding(AS_IS, values={"message": reason})))
             del wanted[name]
     if not wanted:
         raise _no_photos(sources, set_aside)
@@ -192,7 +202,7 @@ def incoming(
     masked = [(one, _mask_of(one, masks)) for one in found.photos]
     for photo, mask in masked:
         if mask is not None:
-            pictures.append((mask, Path(MASKS_FOLDER) / f"{_called_as(mask, photo)}.png"))
+            pictures.append((mask, Path(MASKS_FOLDER) / f"{_mask_stem(mask, photo)}.png"))
     if masks is not None and found.photos and len(pictures) == len(found.photos):
         raise no_mask_fits(masks, found.photos[0].path)
     return pictures, list(found.set_aside)
@@ -203,14 +213,17 @@ def _mask_of(photo: Candidate, masks: Path | None) -> Path | None:
     return find_mask(photo.path) if masks is None else mask_in(masks, photo.path, photo.name)
 
 
-def _called_as(mask: Path, photo: Candidate) -> str:
-    """What a mask is called for, once its photo has another name: all of that, or its stem."""
-    whole = mask.stem in (photo.path.name, photo.name)
-    return photo.name if whole else Path(photo.name).stem
+def _mask_stem(mask: Path, photo: Candidate) -> str:
+    """The name of a photo's mask in the case: by the photo's full name, or by its stem.
+
+    The mask follows its photo, which may have another name in the case.
+    """
+    by_full_name = mask.stem in (photo.path.name, photo.name)
+    return photo.name if by_full_name else Path(photo.name).stem
 
 
-def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
-    """Copy a photo into the case; returns why it cannot be read, or None."""
+def _copy_in(case: CaseFolder, source: Path, name: Path) -> str | None:
+    """Copy a photo into the case; returns the reason if it cannot be read."""
     kept = case.photos / name
     try:
         sha256 = file_sha256(source)
@@ -240,7 +253,7 @@ def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
 
 
 def _copy(source: Path, to: Path) -> None:
-    """The bytes of a file as a file of their own, on disk only once where the disk can do that."""
+    """Copy a file; on a file system that can, the copy shares its blocks until one changes."""
     with source.open("rb") as reader, to.open("wb") as writer:
         if sys.platform == "linux":
             import fcntl
@@ -252,7 +265,7 @@ def _copy(source: Path, to: Path) -> None:
 
 
 def _no_photos(sources: Sequence[Path], set_aside: Sequence[SetAside]) -> PhotoError:
-    where = ", ".join(str(source) for source in sources[:_TOLD_AT_MOST])
+    where = ", ".join(str(source) for source in sources[:_LISTED_AT_MOST])
     folders = [
         file.name
         for source in sources
@@ -263,31 +276,33 @@ def _no_photos(sources: Sequence[Path], set_aside: Sequence[SetAside]) -> PhotoE
     return PhotoError(
         "case.no_photos",
         sources=where,
-        folders=tuple(folders[:_TOLD_AT_MOST]) or None,
+        folders=tuple(folders[:_LISTED_AT_MOST]) or None,
         aside=len(set_aside),
         left_out=left_out(set_aside),
     )
 
 
 def sweep(case: CaseFolder) -> None:
-    """Remove what killed runs left half written; the case must be held."""
-    ours = (case.photos, case.photos / MASKS_FOLDER, case.stages, case.deliverables)
-    for folder, leftover in ((case.root, _HALF), (case.report, _HALF), *((f, _OURS) for f in ours)):
-        for left in sorted(folder.glob(".*")):
-            if not leftover.fullmatch(left.name):
+    """Remove temporary files that killed runs left; the case must be locked."""
+    ours = (case.photos, case.photos / MASKS_FOLDER, case.frames, case.stages, case.deliverables)
+    shared = (case.root, case.report)
+    folders = [*((one, _LEFTOVER) for one in shared), *((one, _OWN_LEFTOVER) for one in ours)]
+    for folder, leftover in folders:
+        for path in sorted(folder.glob(".*")):
+            if not leftover.fullmatch(path.name):
                 continue
-            if left.is_dir() and not left.is_symlink():
-                shutil.rmtree(left, ignore_errors=True)
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
             else:
-                left.unlink()
+                path.unlink()
 
 
 @contextmanager
 def locked(case: CaseFolder) -> Generator[None]:
-    """Hold the case; the system lets it go even if this process dies.
+    """Lock the case; the system unlocks it even if this process dies.
 
     Raises:
-        CaseError: another run holds it, or the folder cannot be made.
+        CaseError: another run has locked it, or the folder cannot be made.
     """
     with ExitStack() as held:
         try:
@@ -307,9 +322,9 @@ def cannot_be_made(case: CaseFolder, error: OSError) -> CaseError:
 
 @contextmanager
 def with_disk_advice(case: CaseFolder) -> Generator[None]:
-    """Turn what the system says about files into advice; what is finished stays usable.
+    """Turn the system's errors about files into refusals with advice.
 
-    An error without a number is no answer of the system but a fault of ours, and passes.
+    An error without a number does not come from the system: it is a bug, and passes.
     """
     try:
         yield

@@ -46,7 +46,7 @@ def cloud_so_far(case: CaseFolder) -> Cloud | None:
 
 
 def surface_so_far(case: CaseFolder) -> Mesh | None:
-    """The surface: measured, or before that wrapped."""
+    """The measured surface, or the refined one before that."""
     found = (_product(case, stage, Mesh) for stage in _SURFACES)
     return next((mesh for mesh in found if mesh is not None), None)
 
@@ -56,7 +56,7 @@ def _is_there(case: CaseFolder, stage: str) -> bool:
 
 
 def _product(case: CaseFolder, stage: str, hint: type[T]) -> T | None:
-    """A product as it lies there now; None where there is none, or it is being replaced."""
+    """The kept product of a stage; None where there is none, or it is being replaced."""
     try:
         key = str(json.loads(_record(case, stage).read_text("utf-8"))["key"])
         return cast(T, read_product(case.stages / stage, key, hint, case.root)[0])

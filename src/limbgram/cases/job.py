@@ -1,4 +1,4 @@
-"""The job: everything between a folder of photos and a finished case."""
+"""Job: runs one reconstruction, from a folder of photos to a finished case."""
 
 import shutil
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ from limbgram.report.terminal_summary import profile_lines, summary_lines
 
 @dataclass(frozen=True)
 class Done:
-    """What became of a job."""
+    """The result of a job."""
 
     reconstruction: Reconstruction
     verdict: Verdict
@@ -36,7 +36,7 @@ class Done:
 
 
 def do(job: Job, run: CachingRun) -> Done:
-    """Take the photos in, reconstruct, judge, write the report and the files."""
+    """Copy the photos in, reconstruct, assess, write the deliverables and the report."""
     case = run.case
     calibrations = _take_cameras_in(job, case)
     take_certificates_in(case, job.camera_files)
@@ -62,7 +62,7 @@ def do(job: Job, run: CachingRun) -> Done:
         done.others,
     )
     done = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
-    # Judged before anything is written: files of a red result are named as what they are.
+    # Assessed before any file is written: the names of files tell a red result.
     evidence = evidence_of(done, cited_setups(case, datetime.now(UTC).date()))
     assessment = run.unkept(assess, evidence)
     red = assessment.light == "red"

@@ -2,7 +2,7 @@
 
 In      a Job, sent as JSON to the process that does it.
 Out     an Answer: where the summary lies, and what people read at the end.
-Whoever hands a job on imports this alone and none of the stages: a start of 0.4 s, not of 2.4.
+A program that only passes jobs on imports this and none of the stages: it starts in 0.4 s, not 2.4.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from limbgram.services.reconstruct import Known, Shaping
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """One reconstruction, as the user asked for it."""
+    """The request of one reconstruction."""
 
     case: Path
     sources: tuple[Path, ...]
@@ -35,7 +35,7 @@ class Job:
     plates: tuple[MarkPlate, ...] = ()
     """Scale bars, mats and rings in the scene."""
     unscaled: bool = False
-    """Write files even though their unit is not known."""
+    """Write files even if their unit is not known."""
     choices: Choices = field(default_factory=Choices)
     memory_mb: float | None = None
     """Memory that the work may use; None: half of the machine's."""
@@ -50,7 +50,7 @@ def order(
     camera_files: Sequence[Path] = (),
     masks: Path | None = None,
 ) -> Job:
-    """The job of what was decided and of what is known; all doors order by this."""
+    """The job of a request; command line, app and batch all build it here."""
     return Job(
         case=case,
         sources=tuple(sources),
@@ -68,15 +68,15 @@ def order(
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """How a job ended that was done."""
+    """The answer of a finished job."""
 
     summary: Path
     light: str = ""
     """Green, amber or red."""
     lines: tuple[str, ...] = ()
-    """What people read of it."""
+    """Its summary, for people."""
     costs: tuple[str, ...] = ()
-    """What each stage cost, for people who ask."""
+    """Time and memory of each stage, for people who ask."""
 
 
 def plain_tree(value: Job | Answer) -> Any:

@@ -1,15 +1,15 @@
 """Job queue: a queue of jobs in child processes, each with a status file in its case.
 
 In      a Job; requests to hold it, let it go on, or end it.
-Out     CASE/job.json: what was asked for, how far it is, how long it took in all. A program that
-        was ended meanwhile finds there what is still wanted, and `take_up` goes on with it.
-Method  One thread a job waits for its process (`job_supervision`). So many work at once as the
-        runner was told; others wait in a line. `_reconcile` holds what is wanted against what works
-        whenever one of them changes; what fails in it ends that one job, and the next begins. Time
-        left is told by what the stages of earlier runs took a megapixel on this machine, and by the
-        part of the stage that is done; before the first run, by figures of another machine, which
-        is said.
-Fails   CaseError: a run is working in the case already.
+Out     CASE/job.json: the request, its progress, the time it took in all. A program that is started
+        again finds there which jobs were interrupted, and `resume_all` goes on with them.
+Method  One thread a job waits for its process (`job_supervision`). Up to `at_once` jobs run at a
+        time; others wait in a queue. `_reconcile` starts those whose turn has come, whenever a job
+        begins, rests or ends; a job that cannot start ends, and the next one starts. The time left
+        is estimated from the seconds a megapixel that stages took in earlier runs on this machine,
+        and from the part of the stage that is done; before the first run, from figures of another
+        machine, and the reply says so.
+Fails   CaseError: a job is running in the case already.
 """
 
 import json
@@ -21,11 +21,10 @@ import time
 from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal
 
-from limbgram.cases.case_record import read_kept, write_json
+from limbgram.cases.case_record import read_kept, utc_now, write_json
 from limbgram.cases.child_process import Event
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job_messages import Job, plain_tree, read_job
@@ -40,23 +39,23 @@ JobState = Literal[
     "queued", "running", "held", "cancelled", "interrupted", "refused", "failed", "finished"
 ]
 GRACE_S = 1.5
-"""Between the wish to cancel and the end of the process."""
+"""From a request to cancel until the process is killed."""
 _SCHEMA = "limbgram-job/1"
-_LARGEST = 4_000_000
+_LARGEST_BYTES = 4_000_000
 _STOPPED = fault("job.stopped")
 _INTERRUPTED = fault("job.interrupted")
 _KILLED_TWICE = fault("job.killed_twice")
 _ACTIVE = ("queued", "running", "held")
-_DIES_S = 10.0
-"""As long as a process that was ended by the system may take to be gone."""
+_KILL_TIMEOUT_S = 10.0
+"""Longest wait for a killed process to be gone."""
 _SAVE_EVERY_S = 2.0
-_SPREAD = (0.7, 1.6)
-"""Time left is told from so much of the likely time to so much of it."""
-_REMEMBERED = 8
+_TIME_LEFT_RANGE = (0.7, 1.6)
+"""Shares of the estimated time left, from which to which it is given."""
+_RUNS_REMEMBERED = 8
 _WRITING = threading.Lock()
-"""Threads that write the same file beside its place would take it from each other."""
+"""Held while a job file is written, so that an older state never overwrites a newer one."""
 
-_USUAL_S: dict[str, float] = {
+_REFERENCE_S_PER_MP: dict[str, float] = {
     "read_photos": 0.018,
     "cameras_for": 0.0,
     "find_board": 0.013,
@@ -106,12 +105,12 @@ class TimeLeft:
     least_s: float
     most_s: float
     known: bool
-    """Told by runs on this machine; else by one on another."""
+    """Estimated from runs on this machine; else from one on another."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class JobFile:
-    """What is kept of a job."""
+    """What CASE/job.json holds."""
 
     state: JobState
     order: str
@@ -121,18 +120,18 @@ class JobFile:
     began: str
     """Date and time, UTC, of the first start."""
     elapsed_s: float = 0.0
-    """In all starts together, without the time that it was held."""
+    """Of all starts together, without the time that it was held."""
     stages: tuple[StageProgress, ...] = ()
     finding: Finding | None = None
     """Why it did not finish."""
     message: str = ""
-    """The same in a file of an earlier version, in its own words."""
+    """The same in a file of an earlier version, as a sentence."""
     kind: str = ""
-    """Of the refusal."""
+    """Name of the refusal's class."""
     light: str = ""
     process: int = 0
     wanted: bool = False
-    """Whether it goes on by itself when the program is opened again."""
+    """Whether it is resumed when the program is started again."""
     killed: bool = False
     """The program was killed while it ran, and no stage has ended since."""
     schema: str = _SCHEMA
@@ -145,61 +144,61 @@ class JobFile:
 
 @dataclass
 class RunningJob:
-    """A job in its process, and how far it is."""
+    """A job with its process and its progress."""
 
     case: CaseFolder
     file: JobFile
     on_change: Callable[[], None]
     on_finished: Callable[[], None]
-    on_rest: Callable[[], None]
-    """Called when it works no more, or not for now: another one may begin."""
-    usual_s: dict[str, float]
+    on_idle: Callable[[], None]
+    """Called when it ends or is held: another job may start."""
+    usual_s_per_mp: dict[str, float]
     usual_known: bool
     _supervision: Supervision | None = None
     _thread: threading.Thread | None = None
-    _asked: bool = False
-    """Somebody asked to end it; its process may be ended by the system too."""
+    _stop_requested: bool = False
+    """Somebody cancelled it; else the system ended its process."""
     _lock: threading.Lock = field(default_factory=threading.Lock)
-    _since: float = 0.0
+    _running_since: float = 0.0
     _stage_since: float = 0.0
-    _saved: float = 0.0
+    _saved_at: float = 0.0
 
     def queue(self) -> None:
-        """Wait for its turn.
+        """Let it wait for its turn.
 
         Raises:
-            OSError: that cannot be written down.
+            OSError: its file cannot be written.
         """
         with self._lock:
             self.file = replace(self.file, state="queued", wanted=True)
         self._save()
 
     def begin(self, command: tuple[str, ...]) -> None:
-        """Its turn has come; where it cannot begin it is refused."""
+        """Start or resume it; if that fails, it ends as refused or failed."""
         try:
             self._begin(command)
         except OSError as error:
             self._end("refused", disk_finding(error), kind="OSError")
         except LimbgramError as error:
             self._end("refused", error.finding, kind=type(error).__name__)
-        except (ValueError, RuntimeError) as error:  # its order is damaged; no thread is to be had
+        except (ValueError, RuntimeError) as error:  # damaged order; no thread can be started
             self._end("failed", _fault(str(error)), kind=type(error).__name__)
 
     def _begin(self, command: tuple[str, ...]) -> None:
-        """Start its process, or let the one that rests go on."""
+        """Start its process, or resume the one that is held."""
         if not self.case.root.is_dir():
             raise CaseError("job.case_gone")
         with self._lock:
             self.file = replace(self.file, state="running")
-            self._since = time.monotonic()
+            self._running_since = time.monotonic()
         if self._supervision is not None:
-            self._supervision.go_on()
+            self._supervision.resume()
             self._try_save()
             return
-        self._stage_since = self._since
+        self._stage_since = self._running_since
         job = read_job(json.loads(self.file.order), self.case.root)
         self._supervision = Supervision(
-            job, self._hear, command=command, grace_s=GRACE_S, slack_s=0.0
+            job, self._on_event, command=command, grace_s=GRACE_S, slack_s=0.0
         )
         self._try_save()
         self._thread = threading.Thread(target=self._wait, name="job", daemon=True)
@@ -211,17 +210,17 @@ class RunningJob:
 
     @property
     def has_process(self) -> bool:
-        """Whether a process of it works or rests."""
+        """Whether it has a process, running or held."""
         return self.active and self._supervision is not None
 
     @property
     def elapsed_s(self) -> float:
-        """Of all starts together."""
-        now = time.monotonic() - self._since if self.file.state == "running" else 0.0
+        """Of all starts together, without the time that it was held."""
+        now = time.monotonic() - self._running_since if self.file.state == "running" else 0.0
         return self.file.elapsed_s + now
 
     def hold(self) -> None:
-        """Let it rest."""
+        """Pause it; its process keeps its memory."""
         with self._lock:
             if self.file.state != "running" or self._supervision is None:
                 raise CaseError("job.nothing_to_hold")
@@ -229,19 +228,19 @@ class RunningJob:
                 raise CaseError("job.cannot_hold")
             self.file = replace(self.file, elapsed_s=self.elapsed_s, state="held", wanted=False)
         self._try_save()
-        self.on_rest()
+        self.on_idle()
         self.on_change()
 
     def cancel(self) -> None:
-        """End it; what is finished is kept."""
-        self._asked = True
+        """End it; finished stages are kept."""
+        self._stop_requested = True
         if self._supervision is not None:
             self._supervision.stop()
         elif self.file.state == "queued":
             self._end("cancelled", _STOPPED, kind=Cancelled.__name__)
 
     def drop(self) -> None:
-        """Its case goes: wait no more, and write nothing down."""
+        """Forget it, since its case is deleted; nothing is written."""
         with self._lock:
             self.file = replace(self.file, state="cancelled", wanted=False)
 
@@ -250,13 +249,15 @@ class RunningJob:
         if self._thread is not None:
             self._thread.join(timeout_s)
 
-    def left(self) -> TimeLeft | None:
-        """How long it may still take; None where nobody knows."""
+    def time_left(self) -> TimeLeft | None:
+        """Estimated time that it still takes; None unless it is running or held."""
         if self.file.state not in ("running", "held"):
             return None
-        return time_left(self.file, self.usual_s, known=self.usual_known, stage_s=self._stage_s())
+        return estimate_time_left(
+            self.file, self.usual_s_per_mp, known=self.usual_known, stage_s=self._stage_elapsed_s()
+        )
 
-    def _stage_s(self) -> float:
+    def _stage_elapsed_s(self) -> float:
         return time.monotonic() - self._stage_since
 
     def _wait(self) -> None:
@@ -266,9 +267,9 @@ class RunningJob:
             answer = supervision.wait()
             self._end("finished", light=answer.light)
         except Cancelled as error:
-            if self._asked:
+            if self._stop_requested:
                 self._end("cancelled", _STOPPED, kind=type(error).__name__)
-            else:  # as the machine shuts down: every process is asked to end
+            else:  # the machine shuts down, and asked every process to end
                 self._end("interrupted", _INTERRUPTED, wanted=self.file.wanted)
         except JobBug as bug:
             self._end("failed", _fault(str(bug)), kind="JobBug")
@@ -277,7 +278,7 @@ class RunningJob:
         except OSError as error:
             self._end("failed", disk_finding(error), kind="OSError")
         finally:
-            if self.active:  # a fault of ours passes on, and nobody waits for this one
+            if self.active:  # a bug passes on; the job must not stay active
                 self._end("failed", _fault(), kind="JobBug")
 
     def _end(
@@ -312,10 +313,10 @@ class RunningJob:
             if state == "finished":
                 self.on_finished()
         finally:
-            self.on_rest()
+            self.on_idle()
             self.on_change()
 
-    def _hear(self, event: Event) -> None:
+    def _on_event(self, event: Event) -> None:
         match event:
             case {"event": "progress", "stage": str(stage), "done": int(done), "total": int(total)}:
                 self._progress(stage.replace(" ", "_"), done, total)
@@ -328,15 +329,15 @@ class RunningJob:
             at = next((k for k, one in enumerate(stages) if one.name == name), None)
             running = next((one.name for one in stages if one.state == "running"), None)
             if running != name:
-                seconds, self._stage_since = self._stage_s(), time.monotonic()
+                seconds, self._stage_since = self._stage_elapsed_s(), time.monotonic()
                 stages = [
                     replace(one, state="done", seconds=seconds) if one.state == "running" else one
                     for one in stages
                 ]
                 if at is None:
                     at = sum(one.state == "done" for one in stages)
-                    stages.insert(at, _waiting(name))
-                # What lies before a stage that runs was passed over in this run.
+                    stages.insert(at, _waiting_stage(name))
+                # Stages before the running one that are still waiting were skipped in this run.
                 stages = [
                     replace(one, state="done") if k < at and one.state == "waiting" else one
                     for k, one in enumerate(stages)
@@ -347,37 +348,36 @@ class RunningJob:
             process = 0 if self._supervision is None else self._supervision.process_id or 0
             killed = self.file.killed and (running is None or not changed)
             self.file = replace(self.file, stages=tuple(stages), process=process, killed=killed)
-        if changed or time.monotonic() - self._saved > _SAVE_EVERY_S:
+        if changed or time.monotonic() - self._saved_at > _SAVE_EVERY_S:
             self._try_save()
         self.on_change()
 
     def _try_save(self) -> None:
-        """Where the disk takes no more, what is in memory goes on; the next one may be written."""
+        """Write its file; a full disk does not end the job, and the next write may succeed."""
         with suppress(OSError):
             self._save()
 
     def _save(self) -> None:
-        """One at a time, so that what an older state was does not end up as the last word."""
         with _WRITING:
-            self._saved = time.monotonic()
-            write_json(job_file(self.case), tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
+            self._saved_at = time.monotonic()
+            write_json(self.case.job_file, tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
 
 
 @dataclass
 class Runner:
-    """The jobs of a shelf, one a case."""
+    """The job queue of a shelf, at most one job a case."""
 
     pace_file: Path
-    """What stages took in earlier runs on this machine."""
+    """Seconds a megapixel of each stage in earlier runs on this machine."""
     on_change: Callable[[str], None]
     """Called with the name of the case's folder."""
     command: tuple[str, ...] = COMMAND
-    """That starts a job's process."""
+    """Starts a job's process."""
     at_once: int = 1
-    """So many work at a time: each uses all processors, and memory as photos need it."""
+    """Jobs that run at a time: each uses all processors, and memory as photos need it."""
     _jobs: dict[Path, RunningJob] = field(default_factory=dict[Path, RunningJob])
-    _line: list[RunningJob] = field(default_factory=list[RunningJob])
-    """Those that wait for their turn, the first first."""
+    _waiting_jobs: list[RunningJob] = field(default_factory=list[RunningJob])
+    """Those that wait for their turn, in that order."""
     _closing: bool = False
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
@@ -386,47 +386,48 @@ class Runner:
         return self._jobs.get(case.root)
 
     def start(self, job: Job, megapixels: float) -> RunningJob:
-        """Start a job that was not asked for before.
+        """Queue a new job.
 
         Raises:
-            CaseError: one is working in the case, or what is known of an earlier one is unreadable.
-            OSError: it cannot be written down.
+            CaseError: a job is active in the case, or the file of an earlier one is unreadable.
+            OSError: its file cannot be written.
         """
         read_job_file(CaseFolder(job.case))
         return self._start(job, JobFile(
             state="running",
             order=json.dumps(plain_tree(job)),
             megapixels=megapixels,
-            began=datetime.now(UTC).isoformat(timespec="seconds"),
+            began=utc_now(),
         ))  # fmt: skip
 
-    def again(self, case: CaseFolder) -> RunningJob:
-        """Take up what was cancelled, interrupted or refused: finished stages are kept.
+    def restart(self, case: CaseFolder) -> RunningJob:
+        """Queue a job again that was cancelled, interrupted or refused: finished stages are kept.
 
         Raises:
-            CaseError: nothing was ever asked for.
+            CaseError: the case never had a job.
         """
         kept = read_job_file(case)
         if kept is None:
             raise CaseError("job.never_begun")
-        return self._again(case, replace(kept, killed=False))
+        return self._restart(case, replace(kept, killed=False))
 
-    def take_up(self, cases: Iterable[CaseFolder]) -> None:
-        """Go on with what was wanted when the program ended: what ran first, then what waited."""
-        found: dict[CaseFolder, tuple[bool, int]] = {}
+    def resume_all(self, cases: Iterable[CaseFolder]) -> None:
+        """Queue the jobs that the end of the program interrupted: first those that were running."""
+        order: dict[CaseFolder, tuple[bool, int]] = {}
         for case in cases:
-            with suppress(CaseError, OSError):  # one that cannot be read is told in the list
-                before = read_job_file(case)
-                if before is not None:  # what waits is written when it is asked for
-                    since = job_file(case).stat().st_mtime_ns
-                    found[case] = before.state == "queued", since
-        for case in sorted(found, key=lambda case: found[case]):
+            with suppress(
+                CaseError, OSError
+            ):  # the list of cases reports files that are unreadable
+                kept = read_job_file(case)
+                if kept is not None:  # the file of a waiting job is written when it is queued
+                    order[case] = kept.state == "queued", case.job_file.stat().st_mtime_ns
+        for case in sorted(order, key=lambda case: order[case]):
             with suppress(CaseError, OSError, ValueError):  # it stays interrupted
                 kept = mark_interrupted(case)
                 if kept is not None and kept.wanted:
-                    self._again(case, kept)
+                    self._restart(case, kept)
 
-    def _again(self, case: CaseFolder, kept: JobFile) -> RunningJob:
+    def _restart(self, case: CaseFolder, kept: JobFile) -> RunningJob:
         job = read_job(json.loads(kept.order), case.root)
         return self._start(
             job, replace(kept, state="running", finding=None, message="", kind="", light="")
@@ -438,29 +439,29 @@ class Runner:
             known = self._jobs.get(case.root)
             if known is not None and known.active:
                 raise CaseError("job.works_already")
-            usual, own = self._usual()
-            stages = tuple(_waiting(name) for name in usual)
+            usual_s_per_mp, known = self._usual_pace()
+            stages = tuple(_waiting_stage(name) for name in usual_s_per_mp)
             started = RunningJob(
                 case=case,
                 file=replace(file, stages=stages),
                 on_change=lambda: self.on_change(case.root.name),
-                on_finished=lambda: self._learn(case),
-                on_rest=self._reconcile,
-                usual_s=usual,
-                usual_known=own,
+                on_finished=lambda: self._record_pace(case),
+                on_idle=self._reconcile,
+                usual_s_per_mp=usual_s_per_mp,
+                usual_known=known,
             )
-            started.queue()  # one that cannot be written down leaves nothing behind
+            started.queue()  # before it is listed: if its file cannot be written, nothing is left
             self._jobs[case.root] = started
-            self._line.append(started)
+            self._waiting_jobs.append(started)
         self._reconcile()
         started.on_change()
         return started
 
-    def go_on(self, case: CaseFolder) -> None:
-        """Let a job that rests go on, now or when its turn has come.
+    def resume(self, case: CaseFolder) -> None:
+        """Resume a job that is held, now or when its turn has come.
 
         Raises:
-            CaseError: nothing rests in the case.
+            CaseError: no job of the case is held.
         """
         with self._lock:
             job = self._jobs.get(case.root)
@@ -468,18 +469,18 @@ class Runner:
                 raise CaseError("job.nothing_rests")
             with suppress(OSError):
                 job.queue()
-            self._line.append(job)
+            self._waiting_jobs.append(job)
         self._reconcile()
         job.on_change()
 
     @contextmanager
     def forgetting(self, case: CaseFolder) -> Generator[None]:
-        """Held while a case is deleted: no job begins meanwhile, and its own is gone with it.
+        """Lock the queue while a case is deleted; its waiting job is dropped afterwards.
 
-        Where the case cannot be deleted its job waits on.
+        If the case cannot be deleted, its job keeps waiting.
 
         Raises:
-            CaseError: it works or rests.
+            CaseError: the job is running or held.
         """
         with self._lock:
             job = self._jobs.get(case.root)
@@ -491,33 +492,33 @@ class Runner:
                 del self._jobs[case.root]
         self._reconcile()
 
-    def before(self, case: CaseFolder) -> int:
-        """How many runs work or wait before this one may begin; 0 where it does not wait."""
+    def jobs_ahead(self, case: CaseFolder) -> int:
+        """Number of jobs that run or wait ahead of this case's job; 0 if it does not wait."""
         with self._lock:
             job = self._jobs.get(case.root)
-            if job is None or job not in self._line:
+            if job is None or job not in self._waiting_jobs:
                 return 0
-            return self._line.index(job) + self._working()
+            return self._waiting_jobs.index(job) + self._running_count()
 
     def _reconcile(self) -> None:
-        """Let those begin whose turn has come, and those go that wait no more.
+        """Start the jobs whose turn has come, and drop those that wait no more.
 
-        A job that cannot begin ends, and asks here again before the next one is looked at.
+        A job that cannot start ends, which calls this again before the next one is started.
         """
         with self._lock:
-            was = len(self._line)
-            self._line = [one for one in self._line if one.file.state == "queued"]
-            while self._line and not self._closing and self._working() < self.at_once:
-                self._line.pop(0).begin(self.command)
-            waiting = list(self._line) if len(self._line) != was else []
-        for one in waiting:
+            before = len(self._waiting_jobs)
+            self._waiting_jobs = [one for one in self._waiting_jobs if one.file.state == "queued"]
+            while self._waiting_jobs and not self._closing and self._running_count() < self.at_once:
+                self._waiting_jobs.pop(0).begin(self.command)
+            moved_up = list(self._waiting_jobs) if len(self._waiting_jobs) != before else []
+        for one in moved_up:
             one.on_change()
 
-    def _working(self) -> int:
+    def _running_count(self) -> int:
         return sum(one.file.state == "running" for one in self._jobs.values())
 
     def close(self) -> None:
-        """End what still runs: what is finished is kept, and goes on when the program is opened."""
+        """End running jobs; finished stages are kept, and the next start resumes them."""
         self._closing = True
         for job in list(self._jobs.values()):
             if job.active:
@@ -525,13 +526,13 @@ class Runner:
                 job.cancel()
                 job.join(2 * GRACE_S + 3)
                 with suppress(CaseError, OSError):
-                    _close(job.case, wanted=wanted)
+                    _mark_closed(job.case, wanted=wanted)
 
-    def _learn(self, case: CaseFolder) -> None:
-        """Remember what the stages of a finished run took."""
+    def _record_pace(self, case: CaseFolder) -> None:
+        """Keep the seconds a megapixel that the stages of a finished run took."""
         try:
             job = read_job_file(case)
-            record = json_of(read_content(case.record, _LARGEST, CaseError))
+            record = json_of(read_content(case.record, _LARGEST_BYTES, CaseError))
         except (CaseError, ValueError):
             return
         if job is None or job.megapixels <= 0:
@@ -541,46 +542,48 @@ class Runner:
             for stage in record.get("stages", [])
             if not stage["reused"] and "wall_s" in stage
         }
-        runs = [*self._pace(), took][-_REMEMBERED:]
+        runs = [*self._pace(), took][-_RUNS_REMEMBERED:]
         with suppress(OSError):
             write_json(self.pace_file, {"format": "limbgram pace", "s_per_megapixel": runs})
 
-    def _usual(self) -> tuple[dict[str, float], bool]:
-        """Seconds a megapixel of each stage, in order; and whether this machine's."""
+    def _usual_pace(self) -> tuple[dict[str, float], bool]:
+        """Seconds a megapixel of each stage, in order; and whether measured on this machine."""
         runs = [run for run in self._pace() if run]
         if not runs:
-            return dict(_USUAL_S), False
-        usual = dict(_USUAL_S)
+            return dict(_REFERENCE_S_PER_MP), False
+        usual = dict(_REFERENCE_S_PER_MP)
         for name in usual:
-            own = [run[name] for run in runs if name in run]
-            usual[name] = statistics.median(own) if own else usual[name]
+            measured = [run[name] for run in runs if name in run]
+            usual[name] = statistics.median(measured) if measured else usual[name]
         return usual, True
 
     def _pace(self) -> list[dict[str, float]]:
+        """Seconds a megapixel of each stage, by earlier run; none if they cannot be read."""
         try:
-            tree = json_of(read_content(self.pace_file, _LARGEST, CaseError))
-            return cast(list[dict[str, float]], tree["s_per_megapixel"])
-        except (CaseError, ValueError, KeyError, TypeError):
+            tree = json_of(read_content(self.pace_file, _LARGEST_BYTES, CaseError))
+            runs = tree["s_per_megapixel"]
+            return [{str(name): float(pace) for name, pace in run.items()} for run in runs]
+        except (CaseError, ValueError, KeyError, TypeError, AttributeError):
             return []
 
 
 def read_job_file(case: CaseFolder) -> JobFile | None:
-    """What is kept of a case's job; None where none was begun.
+    """The file of a case's job; None where the case never had one.
 
     Raises:
         CaseError: it is there and cannot be read.
     """
-    return read_kept(job_file(case), JobFile, "job")
+    return read_kept(case.job_file, JobFile, "job")
 
 
 def mark_interrupted(case: CaseFolder) -> JobFile | None:
-    """Say of a job that nobody waits for any more that it was interrupted; end what rests of it.
+    """Mark a job that the end of the program interrupted, and kill its process if it still runs.
 
-    It is wanted still, unless it rested, or the program was killed twice in the same stage: what
-    takes the machine down is not begun again for ever.
+    It is to be resumed, unless it was held, or the program was killed twice in the same stage: a
+    job that takes the machine down must not be started for ever.
 
     Raises:
-        CaseError: what is kept of the job cannot be read.
+        CaseError: the job's file cannot be read.
     """
     kept = read_job_file(case)
     if kept is None or kept.state not in _ACTIVE:
@@ -604,12 +607,12 @@ def mark_interrupted(case: CaseFolder) -> JobFile | None:
         stages=stages,
     )
     with _WRITING:
-        write_json(job_file(case), tree_of(kept))
+        write_json(case.job_file, tree_of(kept))
     return kept
 
 
-def _close(case: CaseFolder, *, wanted: bool) -> None:
-    """The program ends as it was asked to, and with it a job, which may be wanted still."""
+def _mark_closed(case: CaseFolder, *, wanted: bool) -> None:
+    """Mark a job as interrupted that was cancelled because the program ends."""
     kept = read_job_file(case)
     if kept is None or kept.state != "cancelled":
         return
@@ -617,52 +620,54 @@ def _close(case: CaseFolder, *, wanted: bool) -> None:
         kept, state="interrupted", finding=_INTERRUPTED, message="", kind="", wanted=wanted
     )
     with _WRITING:
-        write_json(job_file(case), tree_of(kept))
+        write_json(case.job_file, tree_of(kept))
 
 
-def time_left(job: JobFile, usual_s: dict[str, float], *, known: bool, stage_s: float) -> TimeLeft:
-    """By the usual cost of the stages that wait, and of the part of the running one that is left.
+def estimate_time_left(
+    job: JobFile, usual_s_per_mp: dict[str, float], *, known: bool, stage_s: float
+) -> TimeLeft:
+    """Time left, by the usual time of the waiting stages and the rest of the running one.
 
-    A stage that takes longer than usual is told by its own pace once a tenth of it is done.
+    Once a tenth of the running stage is done, its own pace counts, not the usual one.
+
+    Args:
+        usual_s_per_mp: Seconds a megapixel of each stage.
+        known: Whether these were measured on this machine.
+        stage_s: Elapsed time of the running stage.
     """
-    left = 0.0
+    left_s = 0.0
     for one in job.stages:
-        usual = usual_s.get(one.name, 0.0) * job.megapixels
+        usual = usual_s_per_mp.get(one.name, 0.0) * job.megapixels
         if one.state == "waiting":
-            left += usual
+            left_s += usual
         elif one.state == "running":
             part = one.done / one.total if one.total else 0.0
-            own = stage_s * (1 - part) / part if part >= 0.1 else max(0.0, usual - stage_s)
-            left += own
-    return TimeLeft(least_s=_SPREAD[0] * left, most_s=_SPREAD[1] * left, known=known)
+            left_s += stage_s * (1 - part) / part if part >= 0.1 else max(0.0, usual - stage_s)
+    least, most = _TIME_LEFT_RANGE
+    return TimeLeft(least_s=least * left_s, most_s=most * left_s, known=known)
 
 
 def _fault(trace: str | None = None) -> Finding:
     return fault("job.fault", trace=trace)
 
 
-def _waiting(name: str) -> StageProgress:
+def _waiting_stage(name: str) -> StageProgress:
     return StageProgress(name=name, title=stage_title(name), state="waiting")
 
 
-def job_file(case: CaseFolder) -> Path:
-    """Where it is kept."""
-    return case.root / "job.json"
-
-
 def _end_process(process: int, case: CaseFolder) -> None:
-    """End what rests of a job, and wait until it is gone: it holds the case as long as it is."""
+    """Kill the process of a job, and wait until it is gone: it locks the case until then."""
     if not _is_ours(process, case):
         return
     with suppress(OSError):
         os.kill(process, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
-    until = time.monotonic() + _DIES_S
+    until = time.monotonic() + _KILL_TIMEOUT_S
     while _is_ours(process, case) and time.monotonic() < until:
         time.sleep(0.02)
 
 
 def _is_ours(process: int, case: CaseFolder) -> bool:
-    """Whether a process is this case's job: its id may belong to another process by now."""
+    """Whether a process is this case's job: the system may have given its id to another one."""
     try:
         words = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
     except OSError:

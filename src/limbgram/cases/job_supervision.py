@@ -22,9 +22,9 @@ from limbgram.core.errors import Cancelled, LimbgramError, in_words
 from limbgram.findings import Finding
 
 GRACE_S = 20.0
-"""Time that a step gets to end before the process is ended."""
+"""Time that a stage gets to end before the process is killed."""
 COMMAND = (sys.executable, "-P", "-m", "limbgram.cases.job_process")
-"""With -P the current folder, which may hold anything, is not searched for modules."""
+"""With -P no modules are imported from the current folder, which may hold anything."""
 _POLL_S = 0.2
 
 
@@ -34,8 +34,8 @@ class JobDied(LimbgramError):
     exit_code = 6
 
 
-class _StopAsked(Exception):
-    """Another thread asked for the end."""
+class _StopRequested(Exception):
+    """Another thread asked to end the job."""
 
 
 class JobBug(Exception):
@@ -51,15 +51,15 @@ class Supervision:
     command: tuple[str, ...] = COMMAND
     grace_s: float = GRACE_S
     slack_s: float = 2.0
-    """Beyond the grace: a process that ends itself then gets so long."""
+    """Beyond the grace: time for a process to end by itself before it is killed."""
     _stage: str = "start"
     _process: "subprocess.Popen[bytes] | None" = None
-    _asked: threading.Event = field(default_factory=threading.Event)
+    _stop_requested: threading.Event = field(default_factory=threading.Event)
     _held: bool = False
 
     def stop(self) -> None:
         """Ask for the end of the job from another thread; `wait` raises Cancelled."""
-        self._asked.set()
+        self._stop_requested.set()
 
     @property
     def process_id(self) -> int | None:
@@ -67,11 +67,11 @@ class Supervision:
         return None if self._process is None else self._process.pid
 
     def hold(self) -> bool:
-        """Let the job rest where it is, in memory; False where the system cannot do that."""
+        """Pause the job; its process keeps its memory. False where the system cannot do that."""
         return self._signal("SIGSTOP", held=True)
 
-    def go_on(self) -> None:
-        """Let a job that rests go on."""
+    def resume(self) -> None:
+        """Resume a job that is held."""
         self._signal("SIGCONT", held=False)
 
     def _signal(self, name: str, *, held: bool) -> bool:
@@ -84,7 +84,7 @@ class Supervision:
         return True
 
     def wait(self) -> Answer:
-        """Do the job to its end.
+        """Run the job to its end.
 
         Raises:
             LimbgramError: as the job raised it.
@@ -101,21 +101,21 @@ class Supervision:
             try:
                 last = self._listen(child)
                 code = child.process.wait()
-            except (KeyboardInterrupt, _StopAsked):
+            except (KeyboardInterrupt, _StopRequested):
                 self._stop(child)
                 raise Cancelled("job.run_stopped") from None
             finally:
                 child.process.kill()
-        if code != _announced(last):
+        if code != _expected_exit_code(last):
             raise _death(self._stage, code, case.log, last)
         return _answer(last)
 
     def _listen(self, child: ChildProcess) -> Event:
-        """Pass events on until the process ends; returns its answer."""
+        """Pass events on until the process ends; returns the last one, which is its answer."""
         last = NO_MORE
         while True:
-            if self._asked.is_set():
-                raise _StopAsked
+            if self._stop_requested.is_set():
+                raise _StopRequested
             event = child.event(_POLL_S)
             if event is None:
                 continue
@@ -128,12 +128,12 @@ class Supervision:
     def _stop(self, child: ChildProcess) -> None:
         self.listener({"event": "stopping", "stage": self._stage})
         if self._held:
-            self.go_on()
+            self.resume()
         child.end(self.grace_s + self.slack_s)
 
 
-def _announced(last: Event) -> int | None:
-    """The exit code with which the process ends after its answer; None: it gave no answer."""
+def _expected_exit_code(last: Event) -> int | None:
+    """The exit code of a process with this answer; None if the event is no answer."""
     match last:
         case {"event": "finished"}:
             return 0
@@ -164,8 +164,8 @@ def _log(case: CaseFolder) -> IO[bytes]:
 
 
 def _death(stage: str, code: int, log: Path, last: Event) -> JobDied:
-    """How the process ended by itself."""
-    answered = _announced(last) is not None
+    """The error of a process that ended by itself."""
+    answered = _expected_exit_code(last) is not None
     if code == -getattr(signal, "SIGKILL", 9) and not answered:
         return JobDied("job.memory_ran_out", stage=stage)
     tail = log.read_text("utf-8", errors="replace").strip().splitlines()[-5:]
@@ -174,14 +174,14 @@ def _death(stage: str, code: int, log: Path, last: Event) -> JobDied:
         stage=stage,
         signal=signal.Signals(-code).name if code < 0 else None,
         code=code,
-        answer=_said(last) if answered else None,
+        answer=_answer_finding(last) if answered else None,
         log=str(log),
         last_lines="\n".join(tail) or None,
     )
 
 
-def _said(last: Event) -> Finding:
-    """What the process answered before it died."""
+def _answer_finding(last: Event) -> Finding:
+    """The answer of a process that died afterwards, as a finding."""
     match last:
         case {"finding": dict(finding)}:
             return Finding.from_tree(cast(dict[str, Any], finding))

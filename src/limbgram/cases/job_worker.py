@@ -1,8 +1,8 @@
 """Job worker: runs one job in a process of its own, which may be killed or may crash.
 
 In      the job as one JSON line on standard input; when standard input ends, or at SIGTERM, the
-        job stops at its next step; if that takes too long after the end of standard input, the
-        process ends itself.
+        job stops at its next step; if it takes too long after the end of standard input, the
+        process exits.
 Out     one JSON line an event: stage, progress, and one of finished, refused, bug.
 `job_process` loads it and calls `main`.
 """
@@ -26,7 +26,7 @@ from limbgram.cases.job import do
 from limbgram.cases.job_messages import Job, plain_tree, read_job
 from limbgram.cases.job_supervision import GRACE_S
 from limbgram.cases.stage_cache import CachingRun
-from limbgram.cases.superseded import drop_superseded, finished, key_of, stands, supersede
+from limbgram.cases.superseded import drop_superseded, is_finished, is_up_to_date, key_of, supersede
 from limbgram.cases.video_frames import with_frames
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import usual_budget_mb
@@ -38,7 +38,7 @@ _EVENT_STEP_S = 0.1
 
 @dataclass
 class Events:
-    """Writes events as JSON lines, progress not more often than people can read."""
+    """Writes events as JSON lines, at most one of progress every 0.1 s."""
 
     file: IO[str]
     on_lost: Callable[[], None] = lambda: None
@@ -52,10 +52,10 @@ class Events:
                 self.file.write(json.dumps({"event": event, **content}) + "\n")
                 self.file.flush()
             except BrokenPipeError:
-                # What nobody read is still in the file's buffer, and must not fail once more there.
-                nowhere = os.open(os.devnull, os.O_WRONLY)
-                os.dup2(nowhere, self.file.fileno())
-                os.close(nowhere)
+                # The file's buffer still holds the line, and would raise again when it is flushed.
+                null = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(null, self.file.fileno())
+                os.close(null)
                 self.on_lost()
 
     def progress(self, stage: str, done: int, total: int) -> None:
@@ -68,7 +68,7 @@ class Events:
 
 
 def work(job: Job, events: Events, stop: int) -> int:
-    """Do the job, until the descriptor `stop` comes to its end; the exit code says how it went."""
+    """Run the job, or stop it at the end of the descriptor `stop`; returns the exit code."""
     case = CaseFolder(job.case)
     memory_mb = usual_budget_mb() if job.memory_mb is None else job.memory_mb
     run = CachingRun(case=case, listener=events.progress, memory_mb=memory_mb)
@@ -98,14 +98,14 @@ def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
         job = replace(job, sources=with_frames(case, job.sources, run))
         key = key_of(job)
     except LimbgramError as error:
-        # Nothing of the case was touched: results that lie there still are what they were.
-        if finished(case):
+        # The case is unchanged, and so are the results in it.
+        if is_finished(case):
             add_finding(case, doubt("job.later_not_begun", reason=error.finding))
         else:
             write_record(case, "refused", run, finding=error.finding)
         raise
-    same = stands(case, key)
-    if not same:
+    up_to_date = is_up_to_date(case, key)
+    if not up_to_date:
         supersede(case)
         write_record(case, "unfinished", run, job=key)
     try:
@@ -113,7 +113,7 @@ def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
             done = do(job, run)
     except LimbgramError as error:
         state: State = "cancelled" if isinstance(error, Cancelled) else "refused"
-        if same:
+        if up_to_date:
             add_finding(case, doubt("job.later_ended", state=state, reason=error.finding))
         else:
             write_record(case, state, run, finding=error.finding, job=key)
@@ -125,8 +125,8 @@ def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
 
 
 def _wait_for_stop(stop: int, run: CachingRun) -> None:
-    # Not by a file object: a thread that reads one holds its lock, and the interpreter, which
-    # takes that lock when it ends, aborts if it cannot have it.
+    # Not by a file object: a thread that reads one holds its lock, and the interpreter aborts at
+    # its end if it cannot take that lock.
     while os.read(stop, 1):
         pass
     run.cancel()
@@ -135,7 +135,7 @@ def _wait_for_stop(stop: int, run: CachingRun) -> None:
 
 
 def main() -> int:
-    # Libraries write what they like to standard output; events need it for themselves.
+    # Standard output is for events alone: what libraries write there goes to standard error.
     private = os.dup(1)
     os.dup2(2, 1)
     with os.fdopen(private, "w", encoding="utf-8") as file:

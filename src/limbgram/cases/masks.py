@@ -1,6 +1,6 @@
 """Masks of a finished case: the limb's silhouette in each photo, as images that people can correct.
 
-In      a finished case: its photos, where they stand, and its surface.
+In      a finished case: its photos, their poses, and its surface.
 Out     FOLDER/NAME.png for every placed photo NAME: white is the limb, black is the rest, as large
         as the photo, and upright as the photo is seen; FOLDER/at-a-glance.jpg shows all of them.
         `reconstruct --masks FOLDER` takes them, as they are or corrected in any paint program.
@@ -20,6 +20,7 @@ from jaxtyping import UInt8
 from PIL import Image
 
 from limbgram.cases.case_assessment import kept_evidence, require_unaltered
+from limbgram.cases.contact_sheet import CaptionedPicture, contact_sheet
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.files import require_folder, written_whole
@@ -33,7 +34,7 @@ from limbgram.reconstruction.photos.photo import Photo
 from limbgram.report.drawings.shading import rasterise
 
 MARGIN_MM = 5.0
-"""Round the surface: more than the surface and the photos' places are ever unsure by."""
+"""Round the surface: more than surface and camera poses are ever wrong by."""
 WIDEST_MARGIN_MM = 100.0
 SHEET = "at-a-glance.jpg"
 _DRAWN_PX = 1600
@@ -41,20 +42,18 @@ _DRAWN_PX = 1600
 _DRAWING_MB = 150.0
 _THUMB_PX = 300
 _COLUMNS = 5
-"""Of the overview: layout alone."""
-_LINE_PX = 20
 _DIMMED = 0.3
 _OUTLINE = (217, 130, 43)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MaskFolder:
-    """What was made of a case."""
+    """The folder with the masks of a case."""
 
     folder: Path
     masks: tuple[Path, ...]
     without: tuple[str, ...]
-    """Photos that have no place in the scene, or do not show the surface: they have no mask."""
+    """Photos without a mask: they were not placed, or do not show the surface."""
 
     @property
     def sheet(self) -> Path:
@@ -97,7 +96,10 @@ def write_masks(case: CaseFolder, folder: Path, run: Run, margin_mm: float) -> M
     with written_whole(folder) as beside:
         beside.mkdir(parents=True)
         drawn = [one for one in run(draw_all) if one is not None]
-        _write_sheet(beside / SHEET, [(names[name], thumb) for name, thumb in drawn])
+        if drawn:
+            pictures = [CaptionedPicture(names[name], thumb) for name, thumb in drawn]
+            sheet = Image.fromarray(contact_sheet(pictures, _COLUMNS))
+            sheet.save(beside / SHEET, "JPEG", quality=90)
     made = {name for name, _ in drawn}
     return MaskFolder(
         folder=folder,
@@ -115,7 +117,7 @@ def _mask_names(photos: Sequence[str]) -> dict[str, str]:
 
 
 def mask_of(mesh: Mesh, view: View, margin_mm: float) -> Mask:
-    """What of a photo shows the surface, its holes filled, and a margin round it."""
+    """The pixels of a photo that show the surface, its holes filled, and a margin round it."""
     camera = view.camera
     factor = min(1.0, _DRAWN_PX / max(camera.width_px, camera.height_px))
     width, height = round(camera.width_px * factor), round(camera.height_px * factor)
@@ -123,18 +125,18 @@ def mask_of(mesh: Mesh, view: View, margin_mm: float) -> Mask:
     pixels = np.column_stack([camera.project(in_camera), in_camera[:, 2]])
     pixels[:, 0] = (pixels[:, 0] + 0.5) * width / camera.width_px - 0.5
     pixels[:, 1] = (pixels[:, 1] + 0.5) * height / camera.height_px - 0.5
-    known = np.asarray(np.isfinite(pixels).all(axis=1))
-    faces = mesh.faces[known[mesh.faces].all(axis=1)]
+    projected = np.asarray(np.isfinite(pixels).all(axis=1))
+    faces = mesh.faces[projected[mesh.faces].all(axis=1)]
     face_idx, _ = rasterise(np.nan_to_num(pixels), faces, height, width)
     shown = (face_idx >= 0).astype(np.uint8)
     outlines, _ = cv2.findContours(shown, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     filled = cv2.drawContours(shown, outlines, -1, 1, cv2.FILLED)
-    away_mm = float(np.median(in_camera[:, 2]))
-    margin_px = max(round(camera.fx * factor * margin_mm / max(away_mm, 1e-9)), 0)
+    depth_mm = float(np.median(in_camera[:, 2]))
+    margin_px = max(round(camera.fx * factor * margin_mm / max(depth_mm, 1e-9)), 0)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * margin_px + 1, 2 * margin_px + 1))
-    wide = cv2.dilate(filled, disc).astype(np.float32)
-    size = camera.width_px, camera.height_px
-    return np.greater(np.asarray(cv2.resize(wide, size)), 0.5)
+    dilated = cv2.dilate(filled, disc).astype(np.float32)
+    size_px = camera.width_px, camera.height_px
+    return np.greater(np.asarray(cv2.resize(dilated, size_px)), 0.5)
 
 
 def _thumb(photo: Photo, mask: Mask) -> UInt8[np.ndarray, "rows columns 3"]:
@@ -148,21 +150,3 @@ def _thumb(photo: Photo, mask: Mask) -> UInt8[np.ndarray, "rows columns 3"]:
     outlines, _ = cv2.findContours(used, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(small, outlines, -1, _OUTLINE, 1)
     return upright(small, photo.exif)
-
-
-def _write_sheet(path: Path, drawn: Sequence[tuple[str, ColourImage]]) -> None:
-    """All photos with their masks, and the masks' names."""
-    if not drawn:
-        return
-    high = max(thumb.shape[0] for _, thumb in drawn) + _LINE_PX
-    wide = max(thumb.shape[1] for _, thumb in drawn) + 4
-    rows = -(-len(drawn) // _COLUMNS)
-    sheet = np.full((rows * high, min(_COLUMNS, len(drawn)) * wide, 3), 255, np.uint8)
-    for place, (name, thumb) in enumerate(drawn):
-        top, left = place // _COLUMNS * high, place % _COLUMNS * wide
-        sheet[top : top + thumb.shape[0], left : left + thumb.shape[1]] = thumb
-        cv2.putText(
-            sheet, name, (left + 2, top + high - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1,
-            cv2.LINE_AA,
-        )  # fmt: skip
-    Image.fromarray(sheet).save(path, "JPEG", quality=90)

@@ -1,10 +1,10 @@
 """Overview: disk use, photos and state of a case for the list of cases, cached until files change.
 
 In      a case.
-Out     the disk it uses by purpose, its photos, and whether its surface was computed anew.
-Method  Whatever is written whole changes the time of the folder in which it gets its name: a fixed
-        number of folders and files tells whether anything else has to be looked at. What changed in
-        the last two seconds is not remembered: disks tell times in steps of up to that.
+Out     the disk space it uses by purpose, its photos, and whether its surface was computed anew.
+Method  A file that is renamed into place changes the time of its folder: the times of a fixed
+        number of folders and files tell whether the case has to be read again. What changed in the
+        last two seconds is not cached: file systems have time steps of up to that.
 """
 
 import threading
@@ -19,18 +19,18 @@ from limbgram.cases.workspace import Workspace
 _STEP_NS = 2_000_000_000
 
 Stamp = tuple[tuple[int, int, int] | None, ...]
-"""Time, size and number of each place; None where there is nothing."""
+"""Time, size and inode of each path; None where there is nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Overview:
-    """What is told of a case's files."""
+    """What the list of cases says of a case's files."""
 
     held: tuple[Held, ...]
     photos: int
-    """That are here whole."""
+    """That have arrived completely."""
     stale: bool
-    """The last run made another surface than the one that is worked on."""
+    """The last run made another surface than the one that is edited."""
 
     @property
     def bytes(self) -> int:
@@ -43,7 +43,7 @@ class Overview:
 
 @dataclass
 class Overviews:
-    """Overviews of the cases of a shelf."""
+    """Cached overviews of the cases of a shelf."""
 
     _known: dict[Path, tuple[Stamp, Overview]] = field(
         default_factory=dict[Path, tuple[Stamp, Overview]]
@@ -57,7 +57,7 @@ class Overviews:
             known = self._known.get(root)
         if known is not None and known[0] == stamp:
             return known[1]
-        found = _looked_at(case)
+        found = _read(case)
         newest_ns = max((one[0] for one in stamp if one is not None), default=0)
         if time.time_ns() - newest_ns > _STEP_NS:
             with self._lock:
@@ -65,35 +65,35 @@ class Overviews:
         return found
 
     def forget(self, case: ShelvedCase) -> None:
-        """Let go what is known of a case."""
+        """Drop a case from the cache."""
         with self._lock:
             self._known.pop(case.folder.root, None)
 
 
-def _looked_at(case: ShelvedCase) -> Overview:
-    given = case.folder.photos  # of a case that was made by the command line
+def _read(case: ShelvedCase) -> Overview:
     photos = photos_in(case.received)
-    if not photos and given.is_dir():
-        photos = sum(one.is_file() for one in given.iterdir())
+    folder = case.folder.photos
+    if not photos and folder.is_dir():  # a case that was made by the command line
+        photos = sum(one.is_file() for one in folder.iterdir())
     workspace = Workspace(case)
     return Overview(held=case.holdings(), photos=photos, stale=workspace.is_stale())
 
 
 def _stamp(case: ShelvedCase) -> Stamp:
-    folder = case.folder
-    work, delivered = case.work, folder.deliverables
-    places = (
+    folder, workspace = case.folder, Workspace(case)
+    scan_folders = (workspace.root, folder.deliverables)
+    paths = (
         *(case.received, case.received / ".records", folder.photos, folder.stages),
-        *(folder.superseded, delivered, folder.report, folder.record, case.label_file),
-        *(work, work / "files", work / "shapes"),
-        *(place / name for place in (work, delivered) for name in Workspace.SCANS),
+        *(folder.superseded, folder.deliverables, folder.report, folder.record, case.label_file),
+        *(workspace.root, workspace.files, workspace.shapes),
+        *(one / name for one in scan_folders for name in Workspace.SCANS),
     )
-    return tuple(_status(place) for place in places)
+    return tuple(_status(path) for path in paths)
 
 
-def _status(place: Path) -> tuple[int, int, int] | None:
+def _status(path: Path) -> tuple[int, int, int] | None:
     try:
-        status = place.stat()
+        status = path.stat()
     except FileNotFoundError:
         return None
     return status.st_mtime_ns, status.st_size, status.st_ino

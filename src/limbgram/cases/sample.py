@@ -1,8 +1,7 @@
 """Sample: a case that the program makes itself, to try everything out without a patient.
 
-Photos of a synthetic limb with the scale board beside it, and a calibrated camera for them; the
-folder of the shelf named `sample` holds them once they were made, so that a second sample is made
-at once.
+Photos of a synthetic limb with the scale board beside it, and a calibrated camera for them. The
+shelf's folder `sample` keeps them, so that a second sample needs no rendering.
 """
 
 import shutil
@@ -30,7 +29,7 @@ def begin_sample(shelf: Shelf) -> ShelvedCase:
 def fill_sample(
     shelf: Shelf, case: ShelvedCase, run: Run, options: CaptureOptions = SAMPLE
 ) -> KeptCamera:
-    """Photograph, calibrate the camera, and put the photos into the case.
+    """Render the photos, calibrate the camera, and put the photos into the case.
 
     Raises:
         CaseError: the photos cannot be written.
@@ -39,7 +38,7 @@ def fill_sample(
     if not folder.is_dir():
         run(make_capture, folder, options)
     camera = _sample_camera(shelf, folder, run)
-    _take(folder / "images", Intake(case.received, secret_of(shelf.root)))
+    _upload(folder / "images", Intake(case.received, secret_of(shelf.root)))
     return camera
 
 
@@ -49,13 +48,13 @@ def _sample_camera(shelf: Shelf, folder: Path, run: Run) -> KeptCamera:
     camera = next(known, None)
     if camera is None:
         camera = cameras.new_camera(_CAMERA)
-        _take(folder / "calibration", Intake(camera.received, secret_of(shelf.root)))
+        _upload(folder / "calibration", Intake(camera.received, secret_of(shelf.root)))
         camera.calibrate(CALIBRATION_BOARD.board, run)
     return camera
 
 
-def _take(folder: Path, intake: Intake) -> None:
-    """Send a folder's photos as a browser would."""
+def _upload(folder: Path, intake: Intake) -> None:
+    """Upload a folder's photos as a browser does."""
     for photo in sorted(folder.iterdir()):
         with photo.open("rb") as source, intake.begin(photo.name, 0, None) as target:
             shutil.copyfileobj(source, target)

@@ -1,4 +1,4 @@
-"""Shape record: the record of a case's edited shape."""
+"""Shape record: builds the record of a case's edited shape from its work."""
 
 from limbgram.cases.case_assessment import cited
 from limbgram.cases.folder import CaseFolder
@@ -15,7 +15,7 @@ from limbgram.workbench.measures.measuring import Measures, check_one_reading, m
 
 
 def shape_record_of(workspace: Workspace, work: Work) -> Record:
-    """The record of the shape after the recipe, beside its scan; or of the scan, if it has no edit.
+    """The record of the shape after the recipe, compared with the scan; of the scan without edits.
 
     Raises:
         MeasureError: the limb is not aligned.
@@ -37,26 +37,26 @@ def shape_record_of(workspace: Workspace, work: Work) -> Record:
 
 
 def _tape(workspace: Workspace, work: Work) -> tuple[TapeRead, ...]:
-    """Every reading, held against the scan, with what was said of it since."""
+    """Every tape reading compared with the scan, with its withdrawal and acceptance."""
     standings = workspace.tape_standings()
     if not standings:
         return ()
     measured = measure_limb(work.scan.limb)
-    return tuple(_held(measured, one) for one in standings)
+    return tuple(_tape_read(measured, one) for one in standings)
 
 
-def _held(measured: Measures, standing: TapeStanding) -> TapeRead:
+def _tape_read(measured: Measures, standing: TapeStanding) -> TapeRead:
     reading = standing.read.reading
     check = check_one_reading(measured, reading)
-    told = isinstance(check, Finding)
+    refused = isinstance(check, Finding)
     return TapeRead(
         made=standing.read.made,
         height_mm=reading.height_mm,
         read_mm=reading.girth_mm,
-        measured_mm=None if told else check.measured.value,
-        within_mm=None if told else COVER * check.sigma_mm,
-        conflict=not told and check.conflict,
-        reason=check if told else None,
+        measured_mm=None if refused else check.measured.value,
+        within_mm=None if refused else COVER * check.sigma_mm,
+        conflict=not refused and check.conflict,
+        reason=check if refused else None,
         withdrawn=standing.withdrawn,
         accepted=standing.accepted,
     )
@@ -69,7 +69,7 @@ def _source(read: ShapeFile, limb_file_sha256: str | None) -> ShapeSource:
 
 
 def _case(workspace: Workspace) -> CaseSource | None:
-    """The case that it came from; None where that was never computed here, or cannot be cited."""
+    """The case as a source; None where it was not computed here, or cannot be cited."""
     try:
         return cited(workspace.case.folder)
     except CaseError:

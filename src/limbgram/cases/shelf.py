@@ -22,7 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from limbgram.cases.case_record import read_kept, write_json
+from limbgram.cases.case_record import read_kept, utc_now, write_json
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.core.errors import CaseError, MissingError, OptionsError, disk_finding, printable
 from limbgram.core.typed import tree_of
@@ -70,7 +70,7 @@ class Label:
 
 @dataclass(frozen=True, kw_only=True)
 class Held:
-    """Disk that a case uses for one purpose."""
+    """Disk space that a case uses for one purpose."""
 
     what: Holding
     files: int
@@ -118,15 +118,14 @@ class ShelvedCase:
         Raises:
             OptionsError: the note is too long, or holds what cannot be shown.
         """
-        if len(label.note) > _LONGEST_NOTE or printable(label.note, keep="") != label.note:
-            raise OptionsError("case.note_length", most=_LONGEST_NOTE)
+        _require_note(label.note)
         write_json(self.label_file, tree_of(label))
         return label
 
     @property
     def thumbnail(self) -> Path | None:
         """A picture of its surface, once there is one."""
-        picture = self.folder.report / "surface.png"
+        picture = self.folder.surface_picture
         return picture if picture.is_file() else None
 
     def require_here(self) -> None:
@@ -215,7 +214,12 @@ class Shelf:
     def new_case(
         self, kind: KindName | None, side: Side | None, note: str = "", *, sample: bool = False
     ) -> ShelvedCase:
-        """A case without photos, under an id that no other has."""
+        """A case without photos, under an id that no other has.
+
+        Raises:
+            OptionsError: the note is too long, or holds what cannot be shown.
+        """
+        _require_note(note)
         for _ in range(_TRIES):
             letters = "".join(secrets.choice(_LETTERS) for _ in range(6))
             case_id = f"{letters[:3]}-{letters[3:]}"
@@ -225,8 +229,7 @@ class Shelf:
             except FileExistsError:
                 continue
             case = ShelvedCase(case_id, CaseFolder(folder))
-            made = datetime.now(UTC).isoformat(timespec="seconds")
-            case.relabel(Label(made=made, kind=kind, side=side, note=note, sample=sample))
+            case.relabel(Label(made=utc_now(), kind=kind, side=side, note=note, sample=sample))
             return case
         raise CaseError("case.no_free_id", folder=str(self.root))
 
@@ -246,6 +249,11 @@ class Shelf:
         return self.root / "removed"
 
 
+def _require_note(note: str) -> None:
+    if len(note) > _LONGEST_NOTE or printable(note, keep="") != note:
+        raise OptionsError("case.note_length", most=_LONGEST_NOTE)
+
+
 def _no_case(case_id: str) -> LookupError:
     return MissingError("case.no_such_case", name=printable(case_id, keep="")[:20])
 
@@ -258,7 +266,7 @@ def last_change(case: ShelvedCase) -> str:
         case.received,
         case.work,
         case.folder.record,
-        case.folder.root / "job.json",
+        case.folder.job_file,
     )
     newest = max(place.stat().st_mtime for place in places if place.exists())
     return datetime.fromtimestamp(newest, UTC).isoformat(timespec="seconds")

@@ -1,7 +1,7 @@
-"""Stage cache: a run that keeps the product of every stage, and takes it up again.
+"""Stage cache: a run that keeps the product of every stage, and reuses it.
 
-A product is taken up when its key (inputs, options, code) is the wanted one and its files are
-whole; otherwise the stage runs. So resuming, and recomputing only what changed, are the same.
+A product is reused if its key (inputs, options, code) is the wanted one and its files are intact;
+otherwise the stage runs. Resuming a run and recomputing only what changed are thus the same.
 
 stage.json holds the hashes of the product's two files and is sealed: a changed byte in any of the
 three is noticed.
@@ -39,7 +39,7 @@ class CachingRun(Run):
 
     case: CaseFolder = field(kw_only=True)
     reused: list[str] = field(default_factory=list)
-    """Stages whose kept product was taken up instead of computed."""
+    """Stages whose kept product was reused."""
     keys: dict[str, str] = field(default_factory=dict)
     """Key of each stage's product, in the order in which they were called."""
     _fingerprints: Fingerprints = field(default_factory=Fingerprints)
@@ -67,7 +67,7 @@ class CachingRun(Run):
         return product
 
     def unkept(self, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a stage whose product is not kept: it is cheap, or lies elsewhere."""
+        """Run a stage without keeping its product: it is cheap, or kept elsewhere."""
         return super().__call__(stage, *args, **kwargs)
 
     def _fresh_name(self, stage: Callable[..., object]) -> str:
@@ -85,7 +85,7 @@ def write_product(
     options: object,
     root: Path,
 ) -> None:
-    """Write a product beside its place, sync, and put it there.
+    """Write a product under a temporary name, sync it, and rename it.
 
     Raises:
         TypeError: the product is not of the type that its stage promises.
@@ -112,10 +112,10 @@ def write_product(
 
 
 def read_product(folder: Path, key: str, hint: Any, root: Path) -> tuple[object, Timing]:
-    """The kept product and what it once cost.
+    """The kept product and the timing of its stage.
 
     Raises:
-        LookupError: there is none under this key, or it is not whole.
+        LookupError: there is none with this key, or it is damaged.
     """
     try:
         stage = _read((folder / _STAGE).read_text("utf-8"))
@@ -134,15 +134,15 @@ def read_product(folder: Path, key: str, hint: Any, root: Path) -> tuple[object,
 
 
 def _text(stage: dict[str, Any]) -> str:
-    """A stage as the text of its file."""
+    """The text of a sealed stage.json."""
     return json.dumps(sealed(stage), indent=1)
 
 
 def _read(text: str) -> dict[str, Any]:
-    """The stage in a file's text.
+    """The content of a stage.json.
 
     Raises:
-        LookupError: the text is not the one that was written, to the byte.
+        LookupError: the text differs from what was written.
     """
     stage = unsealed(json.loads(text))
     if _text(stage) != text:
@@ -151,7 +151,7 @@ def _read(text: str) -> dict[str, Any]:
 
 
 def _relative(path: Path, root: Path) -> str:
-    """Inside the case a path is kept relative to it, so that a case can be moved."""
+    """A path inside the case relative to it, so that the case can be moved; else absolute."""
     resolved = path.resolve()
     inside = resolved.is_relative_to(root.resolve())
     return resolved.relative_to(root.resolve()).as_posix() if inside else str(resolved)

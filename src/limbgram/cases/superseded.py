@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from limbgram.cases.case_record import read_record
-from limbgram.cases.fingerprint import Fingerprints, code_version, file_sha256
+from limbgram.cases.fingerprint import Fingerprints, code_version, sha256_if_readable
 from limbgram.cases.folder import CaseFolder, incoming, require_apart
 from limbgram.cases.job_messages import Job, plain_tree
 from limbgram.core.files import written_whole
@@ -33,7 +33,7 @@ is removed.
 
 
 def key_of(job: Job) -> str:
-    """What the results of a job hang on: bytes of photos and camera files, options, program.
+    """Key of what a job's results depend on: bytes of photos and camera files, options, program.
 
     Raises:
         PhotoError: a source does not exist.
@@ -43,22 +43,16 @@ def key_of(job: Job) -> str:
     del tree["case"], tree["masks"]
     require_apart(CaseFolder(job.case), job.sources)
     pictures, _ = incoming(job.sources, job.masks)
-    tree["sources"] = sorted((name.as_posix(), _content(source)) for source, name in pictures)
+    tree["sources"] = sorted(
+        (name.as_posix(), sha256_if_readable(source)) for source, name in pictures
+    )
     tree["camera_files"] = [Fingerprints().of(read_camera(file)) for file in job.camera_files]
     tree["program"] = code_version("limbgram.cases.job")
     return hashlib.sha256(json.dumps(tree, sort_keys=True).encode()).hexdigest()
 
 
-def _content(photo: Path) -> str:
-    """Of a photo; one that cannot be read is set aside later, with the reason."""
-    try:
-        return file_sha256(photo)
-    except OSError:
-        return "unreadable"
-
-
-def stands(case: CaseFolder, key: str) -> bool:
-    """Whether the case holds the finished results of this very job."""
+def is_up_to_date(case: CaseFolder, key: str) -> bool:
+    """Whether the case holds the finished results of the job with this key."""
     try:
         record = read_record(case)
     except LookupError:
@@ -73,7 +67,7 @@ def stands(case: CaseFolder, key: str) -> bool:
     )
 
 
-def finished(case: CaseFolder) -> bool:
+def is_finished(case: CaseFolder) -> bool:
     """Whether case.json says that its results are whole."""
     try:
         return read_record(case).state == "finished"
@@ -83,8 +77,8 @@ def finished(case: CaseFolder) -> bool:
 
 def supersede(case: CaseFolder) -> None:
     """Move results that no longer stand aside, pages first, with the record that speaks of them."""
-    there = [path for path in _results(case) if path.exists()]
-    if not there:
+    results = [path for path in _results(case) if path.exists()]
+    if not results:
         return
     case.superseded.mkdir(exist_ok=True)
     with written_whole(case.superseded / "READ-ME.txt") as beside:
@@ -92,7 +86,7 @@ def supersede(case: CaseFolder) -> None:
     if case.record.is_file():
         with written_whole(case.superseded / "case.json") as beside:
             shutil.copyfile(case.record, beside)
-    for path in there:
+    for path in results:
         aside = case.superseded / path.name
         if aside.is_dir():
             shutil.rmtree(aside)
@@ -100,7 +94,7 @@ def supersede(case: CaseFolder) -> None:
 
 
 def drop_superseded(case: CaseFolder) -> None:
-    """Results of earlier runs are of no use once there are new ones."""
+    """Remove the results of earlier runs, once there are new ones."""
     shutil.rmtree(case.superseded, ignore_errors=True)
 
 

@@ -2,14 +2,14 @@
 
 In      pieces of a file, each with the place where it belongs; zip files of photos, videos.
 Out     RECEIVED/NAME, the photo without places, names and serial numbers in its header (see
-        `photos.privacy`), and RECEIVED/.records/NAME.json: hashes of what came and what is kept.
-Method  A file grows beside its place; what has arrived is what lies on the disk, whatever the
-        sender believes. Once it is whole its hash is taken, its header is cleaned, and it takes its
-        name. The same file once more is no fault; another one under its name is. A file that
-        grows belongs to one upload: another one of the same name waits until it is whole or given
-        up, so that no photo is put together of two.
-Fails   OptionsError: a name that can be no photo's, a piece that does not follow, too much.
-        CaseError: another file of that name is here, or comes in just now.
+        `photos.privacy`), and RECEIVED/.records/NAME.json: hashes of the sent and the kept file.
+Method  A file grows under a temporary name; its size on the disk tells how much has arrived,
+        whatever the sender believes. Once it is complete it is hashed, its header is cleaned, and
+        it is renamed. The same file may be sent again; another file of the same name is refused. A
+        growing file belongs to one upload: another upload of the same name waits until it is
+        complete or given up, so that no photo is assembled from two.
+Fails   OptionsError: a name that no photo can have, a piece that does not follow, too many bytes.
+        CaseError: another file of that name is here, or is being uploaded.
 """
 
 import re
@@ -23,7 +23,7 @@ from typing import IO, Self
 
 from limbgram.cases.case_record import write_json
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.cases.zips import MOST_EXPANSION, copy_member
+from limbgram.cases.zips import copy_member, expands_too_far
 from limbgram.core.errors import CaseError, MissingError, OptionsError, printable
 from limbgram.core.files import damaged_zip_refused, json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
@@ -34,94 +34,95 @@ from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFI
 from limbgram.reconstruction.photos.reading import names_apart, read_photo
 
 MOST_PHOTO_BYTES = 300_000_000
-MOST_FILM_BYTES = 8_000_000_000
+MOST_VIDEO_BYTES = 8_000_000_000
 """Also of a zip, and of what is unpacked from it."""
 MOST_FILES = 1000
 _ZIP = (".zip",)
 _LONGEST_NAME = 120
 _NAME = re.compile(r"[^\x00-\x1f/\\:*?\"<>|.~ ][^\x00-\x1f/\\:*?\"<>|]*")
-_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-_LARGEST_RECORD = 100_000
+_DEVICE_NAMES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_LARGEST_RECORD_BYTES = 100_000
 WHOLE, PIECES = "whole", "pieces"
-"""Uploads whose sender gave them no id of their own: in one request, and in several."""
+"""Ids of uploads to which the sender gave none: in one request, and in several."""
 GIVEN_UP_S = 60.0
-"""Without a byte, after which another upload may begin in the place of one that is not whole."""
+"""Time without a byte after which another upload may replace an incomplete one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Received:
-    """A file that is here whole."""
+    """A file that has arrived completely."""
 
     name: str
     bytes: int
-    """As it came."""
+    """As sent."""
     sha256: str
-    """As it came: what the sender may compare with."""
+    """As sent, for the sender to compare with."""
     kept_sha256: str
-    """As it is kept, without what tells place or person."""
+    """As kept, without what identifies place or person."""
     removed: tuple[str, ...] = ()
+    """Parts of the header that were removed."""
     kept: tuple[str, ...] = ()
-    """What had to stay though it may tell the camera."""
+    """Parts that had to stay though they may identify the camera."""
     width_px: int = 0
     height_px: int = 0
     problem: str = ""
-    """Why it is no photo that can be used; empty for a good one."""
+    """Why the photo cannot be used; empty for a good one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Arriving:
-    """A file of which a part is here."""
+    """A file that has arrived in part."""
 
     name: str
     bytes: int
-    """That are here."""
+    """That have arrived."""
     total: int | None
     """That were announced."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Announced:
-    """What is known of a file of which a part is here."""
+    """Size and upload id that were announced for a file that has arrived in part."""
 
     total: int | None = None
     upload: str = WHOLE
 
 
 class Piece:
-    """A piece of a file that comes in; nobody else writes to the file until it is closed."""
+    """An open piece of a growing file; nobody else writes to the file until it is closed."""
 
     def __init__(self, stream: IO[bytes], part: Path) -> None:
         self._stream, self._part = stream, part
-        self._alone = threading.Lock()
-        self._over = False
+        self._lock = threading.Lock()
+        self._gave_way = False
         self.closed = False
-        """Whether all is written; the piece may still be held, until the file has its name."""
-        self.last_s = time.monotonic()
+        """Whether all is written; the piece may stay open until the file has its name."""
+        self.last_write_s = time.monotonic()
 
     def write(self, content: bytes | bytearray, /) -> int:
-        """Write what follows.
+        """Append to the file.
 
         Raises:
             CaseError: another request goes on with the same file.
         """
-        with self._alone:
-            self.last_s = time.monotonic()
-            if self._over:
+        with self._lock:
+            self.last_write_s = time.monotonic()
+            if self._gave_way:
                 raise CaseError("case.upload.given_up")
             written = self._stream.write(content)
-            self._stream.flush()  # what the list tells is what is here
+            self._stream.flush()  # the list of photos tells the size on the disk
             return written
 
     def close(self) -> None:
-        """Have all of it on the disk."""
-        with self._alone:
+        """Write all of it to the disk."""
+        with self._lock:
             self._stream.close()
             self.closed = True
 
     def give_way(self) -> None:
-        """Write nothing more."""
-        with self._alone:
-            self._over = True
+        """Close it for another request that goes on with the same file."""
+        with self._lock:
+            self._gave_way = True
             self._stream.close()
 
     def __enter__(self) -> Self:
@@ -131,49 +132,49 @@ class Piece:
         try:
             self.close()
         finally:
-            with _BEGINNING:
-                if _COMING.get(self._part) is self:
-                    del _COMING[self._part]
+            with _OPEN_PIECES_LOCK:
+                if _OPEN_PIECES.get(self._part) is self:
+                    del _OPEN_PIECES[self._part]
 
 
-_BEGINNING = threading.Lock()
-_COMING: dict[Path, Piece] = {}
-"""Pieces that are being written, or whose file is looked at, by the file."""
+_OPEN_PIECES_LOCK = threading.Lock()
+_OPEN_PIECES: dict[Path, Piece] = {}
+"""By the growing file; also while a complete file is hashed and cleaned."""
 
 
 @dataclass(frozen=True)
 class Intake:
-    """A folder into which photos come, by any number of connections at once."""
+    """A folder that receives photos, over any number of connections at once."""
 
     folder: Path
     key: bytes
-    """Secret by which serial numbers become other ones."""
+    """Secret with which serial numbers are replaced by pseudonyms."""
 
     @property
     def _records(self) -> Path:
         return self.folder / ".records"
 
     def received(self) -> tuple[Received, ...]:
-        """Files that are here whole, by name."""
-        found = (self.record(path.name) for path in self._listed())
+        """Files that have arrived completely, by name."""
+        found = (self.record(path.name) for path in self._whole_files())
         return tuple(one for one in found if one is not None)
 
     def arriving(self) -> tuple[Arriving, ...]:
-        """Files of which a part is here, by name."""
+        """Files that have arrived in part, by name."""
         if not self._records.is_dir():
             return ()
         parts = sorted(self._records.glob("*.part"))
         return tuple(self._arriving(part.name.removesuffix(".part")) for part in parts)
 
     def record(self, name: str) -> Received | None:
-        """What is known of a file that is here whole; None where it is not."""
+        """The record of a file; None where it has not arrived completely."""
         path = self._records / f"{name}.json"
         if not (self.folder / name).is_file() or not path.is_file():
             return None
         try:
-            return value_of(json_of(read_content(path, _LARGEST_RECORD, CaseError)), Received)
+            return value_of(json_of(read_content(path, _LARGEST_RECORD_BYTES, CaseError)), Received)
         except (CaseError, Mismatch, ValueError):
-            return Received(  # no hash: no file that is sent is taken for the same
+            return Received(  # without a hash no file that is sent counts as the same
                 name=name,
                 bytes=(self.folder / name).stat().st_size,
                 sha256="",
@@ -182,22 +183,22 @@ class Intake:
             )
 
     def arrived(self, name: str) -> int:
-        """Bytes of an unfinished file that are here."""
+        """Bytes of an incomplete file that have arrived."""
         part = self._part(name)
         return part.stat().st_size if part.is_file() else 0
 
     def begin(self, name: str, start: int, total: int | None, upload: str = WHOLE) -> Piece:
-        """A place to write a piece to, which begins at the byte `start`.
+        """Open a piece that begins at the byte `start`.
 
-        Who holds it while the file gets its name is sure that nobody changes it meanwhile.
+        Keep it open until the file has its name, so that nobody changes the file meanwhile.
 
         Args:
-            upload: Tells whose file of the name it is: an id of the sender's choice, `PIECES` or
+            upload: Tells uploads of one name apart: an id of the sender's choice, `PIECES` or
                 `WHOLE`.
 
         Raises:
-            OptionsError: the piece does not follow what is here, or the file is too large.
-            CaseError: another upload of the name is coming in.
+            OptionsError: the piece does not follow what has arrived, or the file is too large.
+            CaseError: another upload of the name is under way.
             LookupError: the case or the camera was deleted meanwhile.
         """
         most = limit_of(name)
@@ -205,35 +206,37 @@ class Intake:
             raise OptionsError(
                 "case.upload.too_large", name=name, size_mb=total / 1e6, most_mb=most / 1e6
             )
-        if start == 0 and len(self._listed()) >= MOST_FILES:
+        if start == 0 and len(self._whole_files()) >= MOST_FILES:
             raise OptionsError("case.upload.too_many", most=MOST_FILES)
         if not self.folder.parent.is_dir():
             raise MissingError("case.upload.deleted")
         for made in (self.folder, self._records):
             made.mkdir(exist_ok=True)
-        with _BEGINNING:
+        with _OPEN_PIECES_LOCK:
             self._require_free(name, start, total, upload)
             here = self.arrived(name)
             if start > here:
                 raise OptionsError("case.upload.gap", name=name, here=here, start=start)
             part = self._part(name)
-            write_json(self._announced(name), tree_of(_Announced(total=total, upload=upload)))
+            write_json(
+                self._announcement_file(name), tree_of(_Announced(total=total, upload=upload))
+            )
             stream = part.open("r+b" if here else "wb")
             stream.truncate(start)
             stream.seek(start)
-            _COMING[part] = Piece(stream, part)
-            return _COMING[part]
+            _OPEN_PIECES[part] = Piece(stream, part)
+            return _OPEN_PIECES[part]
 
     def _require_free(self, name: str, start: int, total: int | None, upload: str) -> None:
-        """Refuse a piece that would go into the file of another upload."""
-        part, known = self._part(name), self._known(name)
+        """Refuse a piece that would be written into the file of another upload."""
+        part, known = self._part(name), self._announcement(name)
         own_id = upload not in (WHOLE, PIECES) and upload == known.upload
-        coming = _COMING.get(part)
+        coming = _OPEN_PIECES.get(part)
         if coming is not None:
-            quiet = time.monotonic() - coming.last_s > GIVEN_UP_S
+            quiet = time.monotonic() - coming.last_write_s > GIVEN_UP_S
             if coming.closed or not (own_id or quiet):
                 raise _other_upload(name, "coming")
-            coming.give_way()  # its line is dead, and its sender is here again
+            coming.give_way()  # its connection is dead, and its sender has come back
         if not self.arrived(name):
             return
         if start > 0:
@@ -246,7 +249,7 @@ class Intake:
             raise _other_upload(name, "begun", self.arrived(name))
 
     def finish(self, name: str, *, replace: bool = False) -> tuple[Received, bool]:
-        """Give a file that has arrived its name; also whether it is new here.
+        """Give a complete file its name; returns its record, and whether it is new.
 
         Raises:
             CaseError: another file of the name is here.
@@ -255,19 +258,19 @@ class Intake:
         sha256, size = file_sha256(part), part.stat().st_size
         known = self.record(name)
         if known is not None and known.sha256 == sha256:
-            self._forget(name)
+            self._discard_part(name)
             return known, False
         if known is not None and not replace:
-            self._forget(name)
+            self._discard_part(name)
             raise CaseError("case.upload.other_content", name=name)
-        with _ONE_AT_A_TIME:  # a photo is in memory while its header is cleaned
+        with _CLEANING_LOCK:  # one photo in memory at a time
             received = self._keep(name, part, sha256, size)
         write_json(self._records / f"{name}.json", tree_of(received))
-        self._forget(name)
+        self._discard_part(name)
         return received, True
 
     def unpack(self, name: str, *, replace: bool = False) -> tuple[tuple[Received, bool], ...]:
-        """Take the photos out of a zip that has arrived, and leave the zip behind.
+        """Take the photos out of a zip that has arrived, and delete the zip.
 
         Raises:
             OptionsError: it is no zip, or holds too much.
@@ -299,36 +302,36 @@ class Intake:
                             target.close()
                             found.append(self.finish(inner, replace=replace))
                         finally:
-                            self._forget(inner)
-        except RuntimeError as locked:  # zipfile asks for the password so
-            raise damaged(locked) from locked
+                            self._discard_part(inner)
+        except RuntimeError as error:  # zipfile's refusal of an encrypted member
+            raise damaged(error) from error
         finally:
-            self._forget(name)
+            self._discard_part(name)
         if not found:
             raise OptionsError("archive.sent_without_photos", name=name)
         return tuple(found)
 
     def remove(self, name: str) -> bool:
-        """Delete a file and what is known of it; whether there was one."""
+        """Delete a file and its record; returns whether there was one."""
         there = (self.folder / name).is_file() or self._part(name).is_file()
-        with _BEGINNING:
-            coming = _COMING.get(self._part(name))
+        with _OPEN_PIECES_LOCK:
+            coming = _OPEN_PIECES.get(self._part(name))
             if coming is not None and coming.closed:
                 raise _other_upload(name, "whole")
             if coming is not None:
                 coming.give_way()
         (self.folder / name).unlink(missing_ok=True)
         (self._records / f"{name}.json").unlink(missing_ok=True)
-        self._forget(name)
+        self._discard_part(name)
         return there
 
-    def _listed(self) -> list[Path]:
+    def _whole_files(self) -> list[Path]:
         if not self.folder.is_dir():
             return []
         return sorted(file for file in self.folder.iterdir() if not file.name.startswith("."))
 
     def _keep(self, name: str, part: Path, sha256: str, size: int) -> Received:
-        """Clean what arrived, put it in its place, and see whether it can be used."""
+        """Clean a complete file, put it in its place, and check whether it can be used."""
         place = self.folder / name
         if suffix_of(name) in VIDEO_SUFFIXES:
             removed = remove_video_location(part)
@@ -353,27 +356,28 @@ class Intake:
         )
 
     def _arriving(self, name: str) -> Arriving:
-        return Arriving(name=name, bytes=self.arrived(name), total=self._known(name).total)
+        return Arriving(name=name, bytes=self.arrived(name), total=self._announcement(name).total)
 
-    def _known(self, name: str) -> _Announced:
+    def _announcement(self, name: str) -> _Announced:
         try:
-            content = read_content(self._announced(name), _LARGEST_RECORD, CaseError)
+            content = read_content(self._announcement_file(name), _LARGEST_RECORD_BYTES, CaseError)
             return value_of(json_of(content), _Announced)
         except (CaseError, Mismatch, ValueError):
             return _Announced()
 
-    def _forget(self, name: str) -> None:
+    def _discard_part(self, name: str) -> None:
         self._part(name).unlink(missing_ok=True)
-        self._announced(name).unlink(missing_ok=True)
+        self._announcement_file(name).unlink(missing_ok=True)
 
     def _part(self, name: str) -> Path:
         return self._records / f"{name}.part"
 
-    def _announced(self, name: str) -> Path:
+    def _announcement_file(self, name: str) -> Path:
         return self._records / f"{name}.announced"
 
 
-_ONE_AT_A_TIME = threading.Lock()
+_CLEANING_LOCK = threading.Lock()
+_SECRET_LOCK = threading.Lock()
 
 
 def _other_upload(name: str, state: str, bytes_here: int | None = None) -> CaseError:
@@ -381,16 +385,16 @@ def _other_upload(name: str, state: str, bytes_here: int | None = None) -> CaseE
 
 
 def checked_name(name: str) -> str:
-    """A file's name from anywhere, once it can be that of a photo, film or zip, and no path.
+    """A file name from a request, checked: no path, of a photo, video or zip.
 
     Raises:
-        OptionsError: it is none.
+        OptionsError: the name is refused.
     """
     odd = (
         not _NAME.fullmatch(name)
         or len(name.encode("utf-8", "replace")) > _LONGEST_NAME
         or printable(name, keep="") != name
-        or _DEVICES.fullmatch(name)
+        or _DEVICE_NAMES.fullmatch(name)
         or name.endswith((" ", "."))
     )
     if odd:
@@ -401,7 +405,7 @@ def checked_name(name: str) -> str:
 
 
 def photos_in(folder: Path) -> int:
-    """How many files are here whole, without reading what is known of each."""
+    """Number of complete files, without reading their records."""
     records = folder / ".records"
     if not records.is_dir():
         return 0
@@ -414,30 +418,36 @@ def is_zip(name: str) -> bool:
 
 
 def suffix_of(name: str) -> str:
-    """Ending of a file's name, small letters."""
+    """Extension of a file name, lower case."""
     return PurePosixPath(name).suffix.lower()
 
 
 def limit_of(name: str) -> int:
-    """Bytes that a file of this name may have."""
-    return MOST_PHOTO_BYTES if suffix_of(name) in PICTURE_SUFFIXES else MOST_FILM_BYTES
+    """Most bytes that a file of this name may have."""
+    return MOST_PHOTO_BYTES if suffix_of(name) in PICTURE_SUFFIXES else MOST_VIDEO_BYTES
 
 
 def secret_of(folder: Path) -> bytes:
-    """The secret of a shelf, made when it is first asked for."""
+    """The secret of a shelf, made at the first call; only its owner can read the file."""
     file = folder / ".secret"
-    if not file.is_file():
-        with written_whole(file) as beside:
-            beside.write_bytes(secrets.token_bytes(32))
-        file.chmod(0o600)
-    return file.read_bytes()
+    with _SECRET_LOCK:
+        if not file.is_file():
+            with written_whole(file) as beside:
+                beside.touch(mode=0o600)
+                beside.write_bytes(secrets.token_bytes(32))
+        return file.read_bytes()
 
 
 def _require_reasonable(name: str, members: list[zipfile.ZipInfo]) -> None:
-    whole = sum(one.file_size for one in members)
-    bomb = any(one.file_size > MOST_EXPANSION * max(one.compress_size, 1) for one in members)
-    large = any(one.file_size > MOST_PHOTO_BYTES for one in members)
-    if len(members) > MOST_FILES or whole > MOST_FILM_BYTES or bomb or large:
+    """Refuse a zip with too many or too large files, or one that expands like a zip bomb."""
+    total_bytes = sum(one.file_size for one in members)
+    too_large = any(one.file_size > MOST_PHOTO_BYTES for one in members)
+    if (
+        len(members) > MOST_FILES
+        or total_bytes > MOST_VIDEO_BYTES
+        or too_large
+        or any(expands_too_far(one) for one in members)
+    ):
         raise OptionsError(
-            "archive.too_large_sent", name=name, files=len(members), size_mb=whole / 1e6
+            "archive.too_large_sent", name=name, files=len(members), size_mb=total_bytes / 1e6
         )

@@ -4,13 +4,12 @@ FOLDER/photos/    the frames that were taken, named by video and number
 FOLDER/frames.json  every frame with its verdict (limbgram-frames/1)
 FOLDER/frames.png   the frames taken at a glance, upright
 
-A frame is stored as JPEG at the highest quality, which alters brightness by less than the film's
-own coding did. Its EXIF says how to hold it; the camera is not known from a film.
+A frame is stored as JPEG at the highest quality, which alters brightness by less than the video's
+own compression did. Its EXIF has the orientation; a video does not tell the camera.
 """
 
 import math
 import re
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ import numpy as np
 from PIL import Image
 
 from limbgram.cases.case_record import write_json
+from limbgram.cases.contact_sheet import CaptionedPicture, contact_sheet
 from limbgram.cases.fingerprint import code_version, file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.stage_cache import CachingRun
@@ -44,16 +44,15 @@ from limbgram.reconstruction.photos.video import (
 _FORMAT = "limbgram-frames/1"
 _QUALITY = 98
 _ORIENTATIONS = (1, 6, 3, 8)
-"""EXIF's number for each clockwise quarter turn."""
+"""EXIF orientation by number of clockwise quarter turns."""
 _LARGEST_BYTES = 100_000_000
 _THUMB_PX = 240
 _COLUMNS = 6
-_LINE_PX = 18
 
 
 @dataclass(frozen=True)
 class FrameFolder:
-    """What was made of a video."""
+    """A folder with the frames of a video."""
 
     folder: Path
     taken: int
@@ -74,7 +73,7 @@ class FrameFolder:
 
 
 def with_frames(case: CaseFolder, sources: Sequence[Path], run: CachingRun) -> tuple[Path, ...]:
-    """The sources, with the photos made of it in the place of each video.
+    """The sources, each video replaced by the folder of its frames.
 
     Raises:
         PhotoError: a video cannot be used.
@@ -93,7 +92,7 @@ def with_frames(case: CaseFolder, sources: Sequence[Path], run: CachingRun) -> t
 def take_frames(
     video: Path, folder: Path, run: Run, options: FrameOptions | None = None
 ) -> FrameFolder:
-    """Take a video's frames into a folder; one that holds them already is left as it is.
+    """Extract a video's frames into a folder; one that holds them already is left as it is.
 
     Raises:
         PhotoError: the video cannot be used.
@@ -101,58 +100,51 @@ def take_frames(
         ExportError: it cannot be made.
     """
     options = options or FrameOptions()
-    told = open_video(video)
+    film = open_video(video)
     key = {
         "video_sha256": file_sha256(video),
         "options": vars(options),
         "code": code_version("limbgram.reconstruction.photos.video"),
     }
-    known = _known(folder, key)
-    if known is not None:
-        return known
+    existing = _existing(folder, key)
+    if existing is not None:
+        return existing
     _require_ours(folder)
     require_folder(folder.parent)
-    beside = folder.with_name(f".{folder.name}.part")
-    shutil.rmtree(beside, ignore_errors=True)
-    (beside / "photos").mkdir(parents=True)
-    try:
-        thumbs: list[ColourImage] = []
-        stem = _stem(video)
+    thumbs: list[ColourImage] = []
+    stem = _stem(video)
 
-        def keep(frame: FrameVerdict, pixels: ColourImage) -> None:
-            _write_frame(beside / "photos" / _name(stem, frame), pixels, told.quarter_turns)
-            thumbs.append(_thumb(pixels, told.quarter_turns))
+    def keep(frame: FrameVerdict, pixels: ColourImage) -> None:
+        _write_frame(beside / "photos" / _name(stem, frame), pixels, film.quarter_turns)
+        thumbs.append(_thumb(pixels, film.quarter_turns))
 
-        # Cancelled or refused, nothing of it is left.
-        call = run.unkept if isinstance(run, CachingRun) else run
-        choice = call(choose_frames, call(survey, told), keep, options)
+    call = run.unkept if isinstance(run, CachingRun) else run
+    with written_whole(folder) as beside:
+        (beside / "photos").mkdir(parents=True)
+        choice = call(choose_frames, call(survey, film), keep, options)
         record = _record(choice, stem) | {"key": key}
         write_json(beside / "frames.json", record)
         _write_sheet(beside / "frames.png", thumbs, choice)
-        if folder.exists():
-            shutil.rmtree(folder)
-        beside.rename(folder)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
     return _folder_of(folder, record)
 
 
-def _known(folder: Path, key: dict[str, Any]) -> FrameFolder | None:
+def _existing(folder: Path, key: dict[str, Any]) -> FrameFolder | None:
+    """The frames that lie there, if they are complete and were made with the same key."""
     record = _read_record(folder)
     if record is None or record.get("key") != key:
         return None
     names = [frame["name"] for frame in record["frames"] if frame["taken"]]
-    whole = all((folder / "photos" / name).is_file() for name in names)
-    return _folder_of(folder, record) if whole else None
+    complete = all((folder / "photos" / name).is_file() for name in names)
+    return _folder_of(folder, record) if complete else None
 
 
 def _read_record(folder: Path) -> dict[str, Any] | None:
-    """What a folder of ours says of itself; None of any other."""
-    place = folder / "frames.json"
-    if not place.is_file() or place.stat().st_size > _LARGEST_BYTES:
+    """The record in a folder of frames; None where another folder lies there, or none."""
+    file = folder / "frames.json"
+    if not file.is_file() or file.stat().st_size > _LARGEST_BYTES:
         return None
     try:
-        record = json_of(place.read_bytes())
+        record = json_of(file.read_bytes())
     except ValueError:
         return None
     return record if isinstance(record, dict) and record.get("format") == _FORMAT else None
@@ -222,19 +214,10 @@ def _write_sheet(path: Path, thumbs: Sequence[ColourImage], choice: FrameChoice)
     """The frames taken in their order, with number, time and width of the edges."""
     if not thumbs:
         return
-    height_px, width_px = thumbs[0].shape[:2]
-    rows = -(-len(thumbs) // _COLUMNS)
-    cell_px = height_px + _LINE_PX
-    sheet = np.full((rows * cell_px, _COLUMNS * (width_px + 4), 3), 255, np.uint8)
     rate = choice.video.frames_per_s
-    for place, (frame, thumb) in enumerate(zip(choice.taken, thumbs)):
-        top, left = place // _COLUMNS * cell_px, place % _COLUMNS * (width_px + 4)
-        sheet[top : top + height_px, left : left + width_px] = thumb
+    pictures: list[CaptionedPicture] = []
+    for frame, thumb in zip(choice.taken, thumbs):
         seconds = "" if math.isnan(rate) else f" {frame.number / rate:.1f}s"
-        told = f"{frame.number}{seconds} {frame.edge_px:.1f}px"
-        cv2.putText(
-            sheet, told, (left + 2, top + height_px + _LINE_PX - 5), cv2.FONT_HERSHEY_SIMPLEX,
-            0.45, (0, 0, 0), 1, cv2.LINE_AA,
-        )  # fmt: skip
-    with written_whole(path) as beside:
-        Image.fromarray(sheet).save(beside, "PNG")
+        caption = f"{frame.number}{seconds} {frame.edge_px:.1f}px"
+        pictures.append(CaptionedPicture(caption, thumb))
+    Image.fromarray(contact_sheet(pictures, _COLUMNS)).save(path, "PNG")

@@ -3,17 +3,17 @@
 In the case's folder:
 
 work/surface.ply         the surface as it was delivered, and its limb file beside it
-work/recipe.toml         the edits in order; work/history.json what undo and redo go to
-work/tape.json           girths read on the patient
+work/recipe.toml         the edits in order; work/history.json its states for undo and redo
+work/tape.json           girths taped on the patient
 work/rectified-HASH.ply  a shape after a recipe, and its limb file; HASH is of that shape;
-                         the present one, and those that files for machines were made of
-work/files/              what was written for machines
-work/shapes/             shapes of elsewhere, to compare with
-work/.taken/             a surface with its limb file, whole, on the way to its place
+                         the present one, and those that files for machines were made from
+work/files/              files for machines
+work/shapes/             shapes from elsewhere, to compare with
+work/.taken/             a complete surface with its limb file, on the way to its place
 
-The copy keeps the work when the case is computed again: the new surface is another file, its hash
-tells, and people decide when to take it. Every file here is what the commands of `limbgram` read
-and write, so that they make the same bytes of it.
+The copy keeps the work when the case is computed again: the hash of the new surface differs, and
+people decide when to take it. The commands of `limbgram` read and write the same files, with the
+same bytes.
 """
 
 import json
@@ -22,12 +22,11 @@ import shutil
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from limbgram.cases.case_record import read_kept, set_aside, unreadable, write_json
+from limbgram.cases.case_record import read_kept, set_aside, unreadable, utc_now, write_json
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
 from limbgram.cases.shelf import ShelvedCase
@@ -49,32 +48,34 @@ from limbgram.workbench.measures.tape import TapeReading, require_girth
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
 from limbgram.workbench.recipe.recipe import Recipe, Replayed
 
-_LARGEST = 40_000_000
+MIRROR_ENDING = ".mirror.png"
+"""Of the picture beside each file for machines."""
+_LARGEST_BYTES = 40_000_000
 _MOST_STATES = 200
-"""Recipes that undo goes back through."""
+"""Recipes in the history of undo."""
 _MOST_READINGS = 100
 _MOST_ACTS = 2000
-DIGITS = 12
-"""Of the hash in the name of a file that is made of a shape."""
+_HASH_DIGITS = 12
+"""In the name of a file that is made from a shape."""
 
 
 @dataclass
 class CaseLocks:
-    """A lock for each case: nobody waits for what is done in another one."""
+    """A lock for each case: work on one case never waits for another."""
 
     _known: dict[Path, threading.RLock] = field(default_factory=dict[Path, threading.RLock])
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def of(self, root: Path) -> threading.RLock:
-        """The lock of the case whose place of work this is."""
+        """The lock of the case with this work folder."""
         with self._lock:
             return self._known.setdefault(root, threading.RLock())
 
 
 _TAKING = CaseLocks()
-"""Held while a surface is taken in: who asks meanwhile gets the same one, whole."""
+"""Held while a surface is copied in: who asks meanwhile gets the same complete copy."""
 MAKING = CaseLocks()
-"""Held while a file is made of a shape: who asks for the same one meanwhile gets it, whole."""
+"""Held while a file is made from a shape: who asks for it meanwhile gets the same complete file."""
 
 
 TapeDeed = Literal["read", "taken back", "accepted"]
@@ -82,35 +83,37 @@ TapeDeed = Literal["read", "taken back", "accepted"]
 
 @dataclass(frozen=True, kw_only=True)
 class TapeAct:
-    """What was done with a reading, and when."""
+    """An event of a tape reading."""
 
     made: str
-    """ISO 8601, UTC; empty for a reading of before times were kept."""
+    """ISO 8601, UTC; empty for a reading from before times were kept."""
     deed: TapeDeed
     reading: TapeReading
 
 
 @dataclass(frozen=True, kw_only=True)
 class TapeStanding:
-    """A reading, and what stands of it: taken back, it stands no more, nor what was said of it."""
+    """The state of a tape reading: withdrawn or not, accepted or not.
+
+    A withdrawn reading does not count any more, nor does its acceptance.
+    """
 
     read: TapeAct
     withdrawn: str
     """When it was taken back; empty where it was not."""
     accepted: str
-    """When somebody last went on in spite of it, before it was taken back; empty where nobody."""
+    """When somebody last accepted its conflict, before it was taken back; empty where nobody."""
 
 
 @dataclass(frozen=True)
 class _Tapes:
     readings: tuple[TapeReading, ...]
     acts: tuple[TapeAct, ...] = ()
-    """All that was done, the first first."""
+    """In the order of time."""
 
 
-def _done(deed: TapeDeed, reading: TapeReading) -> TapeAct:
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    return TapeAct(made=now, deed=deed, reading=reading)
+def _new_act(deed: TapeDeed, reading: TapeReading) -> TapeAct:
+    return TapeAct(made=utc_now(), deed=deed, reading=reading)
 
 
 def _standing(act: TapeAct, later: tuple[TapeAct, ...]) -> TapeStanding:
@@ -126,7 +129,7 @@ def _standing(act: TapeAct, later: tuple[TapeAct, ...]) -> TapeStanding:
 
 @dataclass(frozen=True)
 class History:
-    """The recipes that undo and redo go to, oldest first, and which one is the present."""
+    """Earlier and later states of the recipe for undo and redo, oldest first."""
 
     recipes: tuple[str, ...]
     present: int
@@ -142,7 +145,7 @@ class History:
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """How far the work by hand is, in numbers."""
+    """Counts that tell how far the work by hand is."""
 
     aligned: bool
     landmarks: int
@@ -153,9 +156,9 @@ class Progress:
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """The work on a case at one moment: all that a file or a record is made of.
+    """A consistent snapshot of a case's work, from which a file or a record is made.
 
-    The files of the case may change while it is made; what belongs together is taken at once.
+    The files of the case may change meanwhile.
     """
 
     scan: ShapeFile
@@ -170,11 +173,11 @@ class Work:
 
 @dataclass(frozen=True)
 class Workspace:
-    """One case's place of work."""
+    """The work folder of a case."""
 
     case: ShelvedCase
     SCANS: ClassVar[tuple[str, ...]] = ("surface.ply", "surface-RED.ply")
-    """What the surface that is worked on is called."""
+    """Names of the surface that is edited."""
 
     @property
     def root(self) -> Path:
@@ -196,8 +199,8 @@ class Workspace:
     def recipe_file(self) -> Path:
         return self.root / "recipe.toml"
 
-    def made(self, folder: Path) -> Path:
-        """A folder of the work, made where it is not there yet; never the case's own.
+    def make_folder(self, folder: Path) -> Path:
+        """Make a folder of the work if it is missing; the case's own folder has to be there.
 
         Raises:
             LookupError: the case was deleted meanwhile.
@@ -209,16 +212,16 @@ class Workspace:
 
     @property
     def limb_file(self) -> Path | None:
-        """Beside the surface that is worked on, or will be; None before there is one."""
+        """The limb file beside the edited surface; None before there is a surface."""
         scan = self._kept_scan() or self._delivered()
         return None if scan is None else limb_file_beside(scan)
 
     def has_scan(self) -> bool:
-        """Whether there is a shape to work on."""
+        """Whether there is a surface to edit."""
         return self._kept_scan() is not None or self._delivered() is not None
 
     def scan_file(self) -> Path:
-        """The surface that is worked on, taken in when it is asked for first.
+        """The surface that is edited; copied from the deliverables at the first call.
 
         Raises:
             CaseError: the case has no surface yet.
@@ -228,10 +231,10 @@ class Workspace:
             return self._kept_scan() or self._take_scan()
 
     def take_scan(self) -> Path:
-        """Take the surface of the last run to work on; landmarks are carried over to it.
+        """Copy the surface of the last run to edit it; landmarks are carried over to it.
 
-        Landmarks keep their places in the world, which a board holds through all runs, and move to
-        the nearest place of the new surface; those that lie off it have to be placed again.
+        Landmarks keep their world coordinates, which a board fixes for all runs, and move to the
+        nearest point of the new surface; those that lie off it have to be placed again.
 
         Raises:
             CaseError: the case has no surface yet.
@@ -241,34 +244,30 @@ class Workspace:
             return self._take_scan()
 
     def is_stale(self) -> bool:
-        """Whether the last run made another surface than the one that is worked on."""
+        """Whether the last run made another surface than the one that is edited."""
         kept, delivered = self._kept_scan(), self._delivered()
         if kept is None or delivered is None:
             return False
         return kept.name != delivered.name or not _same_bytes(kept, delivered)
 
     def progress(self) -> Progress:
-        """How far the work is, without reading any surface.
+        """Counts of the work, without reading any surface.
 
         Raises:
             LimbgramError: the tape's readings or the limb file are there and cannot be read.
         """
-        beside, told = self.limb_file, LimbProgress()
-        if beside is not None and beside.is_file():
-            told = progress_of(beside)
-        edits = self.recipe_file.read_bytes().count(b"[[edit]]") if self._has_recipe else 0
-        made = list(self.files.iterdir()) if self.files.is_dir() else []
+        limb_file, limb = self.limb_file, LimbProgress()
+        if limb_file is not None and limb_file.is_file():
+            limb = progress_of(limb_file)
+        recipe = self.recipe_file.read_bytes() if self.recipe_file.is_file() else b""
+        files = list(self.files.iterdir()) if self.files.is_dir() else []
         return Progress(
-            aligned=told.aligned,
-            landmarks=told.landmarks,
+            aligned=limb.aligned,
+            landmarks=limb.landmarks,
             tapes=len(self.tape()),
-            edits=edits,
-            files=sum(one.name.endswith(".mirror.png") for one in made),
+            edits=recipe.count(b"[[edit]]"),
+            files=sum(one.name.endswith(MIRROR_ENDING) for one in files),
         )
-
-    @property
-    def _has_recipe(self) -> bool:
-        return self.recipe_file.is_file()
 
     def read(self) -> ShapeFile:
         """The scan with what is known of it."""
@@ -276,14 +275,14 @@ class Workspace:
 
     def save_limb(self, limb: Limb, read: ShapeFile) -> None:
         """Keep landmarks, kind, side and axes beside the scan."""
-        place = self.scan_file()
-        write_limb_file(limb, place, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
+        scan = self.scan_file()
+        write_limb_file(limb, scan, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
 
     def recipe(self) -> Recipe:
         """The recipe; an empty one before the first edit."""
         if not self.recipe_file.is_file():
             return Recipe(name=self.case.case_id, scan_sha256=file_sha256(self.scan_file()))
-        content = read_content(self.recipe_file, _LARGEST, CaseError)
+        content = read_content(self.recipe_file, _LARGEST_BYTES, CaseError)
         try:
             text = content.decode("utf-8")
         except UnicodeDecodeError as error:
@@ -291,7 +290,7 @@ class Workspace:
         return parse_recipe(text, self.recipe_file.name)
 
     def require_recipe(self) -> None:
-        """See that the recipe can be read, without reading one again that could be.
+        """Check that the recipe can be read; each version of its file is read once.
 
         Raises:
             LimbgramError: it cannot.
@@ -308,7 +307,7 @@ class Workspace:
         self._put(History(kept, len(kept) - 1))
 
     def step(self, by: int) -> Recipe:
-        """Undo (-1) or redo (+1) one gesture.
+        """Undo (-1) or redo (+1) one change.
 
         Raises:
             OptionsError: there is none.
@@ -321,9 +320,9 @@ class Workspace:
         return self.recipe()
 
     def history(self) -> History:
-        """What undo and redo go to; it ends with the recipe's file, whoever wrote that last.
+        """The states for undo and redo; the present one is the recipe's file, whoever wrote it.
 
-        One that cannot be read begins anew, and the file is kept (`notes`): the recipe is whole.
+        A history that cannot be read begins anew, and its file is kept (`notes`).
         """
         now = encode_recipe(self.recipe()).decode()
         try:
@@ -349,17 +348,17 @@ class Workspace:
         return tuple(found)
 
     def recipe_sha256(self) -> str:
-        """Of the recipe's file, also before there is one."""
+        """Of the recipe's file; before there is one, of what it would hold."""
         if self.recipe_file.is_file():
-            return hash_of(read_content(self.recipe_file, _LARGEST, CaseError))
+            return hash_of(read_content(self.recipe_file, _LARGEST_BYTES, CaseError))
         return hash_of(encode_recipe(self.recipe()))
 
     def rectified(self, limb: Limb) -> Path:
-        """The file of a shape after a recipe, written where it is not there yet.
+        """The file of a shape after a recipe, written if it is missing.
 
-        Its name has the hash of the shape, so that no other shape ever takes its place; and it goes
-        on saying that the capture was red. Shapes of before go where nothing cites them: who reads
-        the file holds `MAKING` until it is read.
+        Its name has the hash of the shape, so that no other shape overwrites it, and says where the
+        capture was red. Earlier shapes that no record cites are removed: hold `MAKING` until the
+        file is read.
         """
         path = self.root / f"rectified-{digits_of(limb)}.ply"
         path = marked_red(path) if limb.doubt else path
@@ -370,22 +369,22 @@ class Workspace:
         return path
 
     def _remove_uncited(self, present: Path) -> None:
-        """Remove shapes of earlier recipes that no file for machines was made of."""
-        cited = [_cites(one) for one in self.told_of_files()]
+        """Remove shapes of earlier recipes that no file for machines was made from."""
+        cited = [_cited_shape(one) for one in self.export_records()]
         if None in cited:
             return
-        stays = {present, *(self.root / name for name in cited if name)}
-        stays |= {limb_file_beside(one) for one in stays}
-        for one in set(self.root.glob("rectified-*")) - stays:
+        needed = {present, *(self.root / name for name in cited if name)}
+        needed |= {limb_file_beside(one) for one in needed}
+        for one in set(self.root.glob("rectified-*")) - needed:
             one.unlink(missing_ok=True)
 
-    def told_of_files(self) -> tuple[Path, ...]:
-        """What was read back of each file for machines; limb files lie among these."""
+    def export_records(self) -> tuple[Path, ...]:
+        """The JSON records of files for machines; limb files lie among them in the folder."""
         found = sorted(self.files.glob("*.json")) if self.files.is_dir() else []
         return tuple(one for one in found if not one.name.endswith(LIMB_FILE_ENDING))
 
     def tape(self) -> tuple[TapeReading, ...]:
-        """Girths that were read on the patient, by height in the limb.
+        """Girths that were taped on the patient, with their heights in the limb.
 
         Raises:
             CaseError: they are there and cannot be read.
@@ -393,21 +392,21 @@ class Workspace:
         return self._tapes().readings
 
     def tape_acts(self) -> tuple[TapeAct, ...]:
-        """What was done with girths, also with those that were taken back; the first first."""
+        """Events of all readings, also of withdrawn ones, in the order of time."""
         kept = self._tapes()
         noted = {act.reading for act in kept.acts}
         before = [one for one in kept.readings if one not in noted]
         return (*(TapeAct(made="", deed="read", reading=one) for one in before), *kept.acts)
 
     def tape_standings(self) -> tuple[TapeStanding, ...]:
-        """Every reading that was made, also those that were taken back; the first first."""
+        """The state of every reading, also of withdrawn ones, in the order of time."""
         acts = self.tape_acts()
         return tuple(
             _standing(act, acts[k + 1 :]) for k, act in enumerate(acts) if act.deed == "read"
         )
 
     def accept_tape(self, reading: TapeReading) -> None:
-        """Note that somebody goes on in spite of what a reading says.
+        """Note that somebody accepted a reading that contradicts the shape.
 
         Raises:
             OptionsError: there is no such reading.
@@ -417,18 +416,18 @@ class Workspace:
             raise OptionsError(
                 "case.no_such_reading", girth_mm=reading.girth_mm, height_mm=reading.height_mm
             )
-        self._put_tapes(kept.readings, (*self.tape_acts(), _done("accepted", reading)))
+        self._put_tapes(kept.readings, (*self.tape_acts(), _new_act("accepted", reading)))
 
     def _tapes(self) -> _Tapes:
         kept = read_kept(self.tape_file, _Tapes, "tapes")
         return _Tapes(()) if kept is None else kept
 
     def _put_tapes(self, readings: Sequence[TapeReading], acts: Sequence[TapeAct]) -> None:
-        self.made(self.root)
+        self.make_folder(self.root)
         write_json(self.tape_file, tree_of(_Tapes(tuple(readings), tuple(acts[-_MOST_ACTS:]))))
 
     def save_tape(self, readings: tuple[TapeReading, ...]) -> None:
-        """Keep girths that were read.
+        """Keep these girths in place of those before.
 
         Raises:
             OptionsError: one is no girth, or there are too many.
@@ -439,12 +438,12 @@ class Workspace:
         for reading in readings:
             require_girth(reading)
         kept = self._tapes()
-        gone = [one for one in kept.readings if one not in readings]
-        come = [one for one in readings if one not in kept.readings]
+        withdrawn = [one for one in kept.readings if one not in readings]
+        added = [one for one in readings if one not in kept.readings]
         acts = (
             *self.tape_acts(),
-            *(_done("taken back", one) for one in gone),
-            *(_done("read", one) for one in come),
+            *(_new_act("taken back", one) for one in withdrawn),
+            *(_new_act("read", one) for one in added),
         )
         self._put_tapes(readings, acts)
 
@@ -461,7 +460,7 @@ class Workspace:
 
     def _put(self, history: History) -> None:
         """The recipe's file last: if the program is ended in between, history follows the file."""
-        self.made(self.root)
+        self.make_folder(self.root)
         try:
             self._kept_history()
         except CaseError:
@@ -484,7 +483,7 @@ class Workspace:
             raise CaseError("case.no_surface")
         before = self._kept_scan()
         carried = None if before is None else read_shape(before).limb
-        self.made(self.root)
+        self.make_folder(self.root)
         with written_whole(self._taken) as beside:
             beside.mkdir()
             shutil.copyfile(delivered, beside / delivered.name)
@@ -492,37 +491,37 @@ class Workspace:
             os.utime(beside / delivered.name, ns=(written.st_atime_ns, written.st_mtime_ns))
             aligned = limb_file_beside(delivered)
             if carried is not None:
-                self._carry(carried, beside / delivered.name)
+                self._carry_over(carried, beside / delivered.name)
             elif aligned.is_file():
                 shutil.copyfile(aligned, beside / aligned.name)
         self._put_in_place()
         return self.root / delivered.name
 
     def _put_in_place(self) -> None:
-        """Give a surface that was taken its place, with its limb file.
+        """Move a surface from `.taken` to its place, with its limb file.
 
-        Until it lies in `.taken` whole, the one before stays as it is with all that belongs to it;
-        from then on only names change, which needs no room. If the program is ended in between,
-        the next one who asks for the surface goes on here: the old files go before the surface
-        comes, and the limb file comes last.
+        Until `.taken` is complete, the surface before stays as it is with all that belongs to it;
+        from then on files are only renamed, which needs no disk space. If the program is ended in
+        between, the next call goes on here: old files are removed before the surface is moved, and
+        the limb file is moved last.
         """
         if not self._taken.is_dir():
             return
-        coming = {file.name for file in self._taken.iterdir()}
-        for surface in coming.intersection(self.SCANS):
+        new = {file.name for file in self._taken.iterdir()}
+        for surface in new.intersection(self.SCANS):
             for name in self.SCANS:
                 old = self.root / name
                 limb_file_beside(old).unlink(missing_ok=True)
                 if name != surface:
                     old.unlink(missing_ok=True)
             (self._taken / surface).replace(self.root / surface)
-        for name in coming.difference(self.SCANS):
+        for name in new.difference(self.SCANS):
             (self._taken / name).replace(self.root / name)
         self._taken.rmdir()
 
-    def _carry(self, before: Limb, place: Path) -> None:
-        """Landmarks and kind of the surface before, on the new one."""
-        read = read_shape(place)
+    def _carry_over(self, before: Limb, surface: Path) -> None:
+        """Write the limb file of a new surface with landmarks and kind of the one before."""
+        read = read_shape(surface)
         limb = replace(read.limb, kind=before.kind)
         for mark in before.landmarks:
             try:
@@ -530,42 +529,39 @@ class Workspace:
             except LimbgramError:
                 continue  # it lies off the new surface, and must be placed again
         if limb.landmarks or limb.kind:
-            write_limb_file(limb, place, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
+            write_limb_file(limb, surface, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
 
 
 def _same_bytes(one: Path, other: Path) -> bool:
-    """Whether two files hold the same; read only where time and size do not tell, and once."""
-    both = [(file, file.stat()) for file in (one, other)]
-    told = [(status.st_mtime_ns, status.st_size) for _, status in both]
-    if told[0] == told[1]:
-        return True
-    if told[0][1] != told[1][1]:
+    """Whether two files hold the same; hashed once, and only where time and size do not tell."""
+    first, second = one.stat(), other.stat()
+    if first.st_size != second.st_size:
         return False
-    first, second = (
-        _sha256(file, status.st_ino, *at) for (file, status), at in zip(both, told, strict=True)
+    return first.st_mtime_ns == second.st_mtime_ns or (
+        _sha256(one, first.st_ino, first.st_mtime_ns, first.st_size)
+        == _sha256(other, second.st_ino, second.st_mtime_ns, second.st_size)
     )
-    return first == second
 
 
 @lru_cache(maxsize=4096)
-def _sha256(file: Path, _number: int, _changed_ns: int, _size: int) -> str:
+def _sha256(file: Path, _inode: int, _changed_ns: int, _size: int) -> str:
     return file_sha256(file)
 
 
-def _cites(handed: Path) -> str | None:
-    """The rectified shape that a file was made of; empty for the scan, None where nobody knows."""
+def _cited_shape(record: Path) -> str | None:
+    """The rectified shape that a file was made from; empty for the scan, None if unreadable."""
     try:
-        tree = json_of(read_content(handed, _LARGEST, CaseError))
+        tree = json_of(read_content(record, _LARGEST_BYTES, CaseError))
         return str(tree["shape"]) if tree["recipe_edits"] else ""
     except (CaseError, ValueError, KeyError, TypeError):
         return None
 
 
 @lru_cache(maxsize=4096)
-def _require_recipe(workspace: Workspace, _number: int, _changed_ns: int, _size: int) -> None:
+def _require_recipe(workspace: Workspace, _inode: int, _changed_ns: int, _size: int) -> None:
     workspace.recipe()
 
 
 def digits_of(*made_of: object) -> str:
-    """What a file is made of, as digits for its name."""
-    return Fingerprints().of(made_of)[:DIGITS]
+    """The first digits of the hash of what a file is made from, for its name."""
+    return Fingerprints().of(made_of)[:_HASH_DIGITS]

@@ -2,8 +2,8 @@
 
 In      a zip file, and a new folder.
 Out     its files in that folder; a single folder round all of them is taken off.
-Method  Names, sizes and kinds of all members are looked at before a byte is written. While one is
-        unpacked no more bytes are taken than its list announced.
+Method  Names, sizes and kinds of all members are checked before a byte is written. No more bytes of
+        a member are unpacked than the zip's directory announced.
 Fails   PhotoError: no zip, damaged, with a password, with names that leave the folder, with links,
         or with more in it than a walk round a limb has. CaseError: the disk has no room for it.
 """
@@ -21,31 +21,31 @@ from limbgram.core.files import damaged_zip_refused
 
 _MOST_FILES = 2000
 _MOST_BYTES = 16_000_000_000
-MOST_EXPANSION = 200
-"""Times that a file may grow: photos hardly shrink."""
+_MOST_EXPANSION = 200
+"""Largest ratio of expanded to compressed size: photos hardly shrink."""
 _SMALL_BYTES = 100_000
-"""Files below may grow as they like: lists and settings shrink much."""
+"""Smaller files may expand further: lists and settings shrink much."""
 _LONGEST_PART = 200
 _PIECE_BYTES = 1 << 20
 _LEFT_OUT = ("__MACOSX",)
 
 
 class Writer(Protocol):
-    """Takes what is unpacked."""
+    """Takes the unpacked bytes."""
 
     def write(self, content: bytes, /) -> object: ...
 
 
 @dataclass(frozen=True)
 class _Member:
-    """A file of a zip, and where it goes."""
+    """A file of a zip, and its path in the folder."""
 
     info: zipfile.ZipInfo
     place: PurePosixPath
 
 
 def unpack(source: Path, folder: Path) -> Path:
-    """Unpack a zip into a folder, in place of what lay there. Returns where the photos lie.
+    """Unpack a zip into a folder, in place of what lay there; returns the folder.
 
     Raises:
         PhotoError: the zip cannot be trusted or read.
@@ -64,9 +64,7 @@ def unpack(source: Path, folder: Path) -> Path:
 
 
 def copy_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, writer: Writer) -> None:
-    """Unpack one file. A byte more than was announced is the sum of another file: zipfile refuses
-    it by its CRC.
-    """
+    """Unpack one file, and refuse it if it is larger than the zip's directory says."""
     left = info.file_size
     with archive.open(info) as reader:
         while piece := reader.read(_PIECE_BYTES):
@@ -74,6 +72,12 @@ def copy_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, writer: Writer)
             if left < 0:
                 raise zipfile.BadZipFile(f"{info.filename} is larger than its list says")
             writer.write(piece)
+
+
+def expands_too_far(info: zipfile.ZipInfo) -> bool:
+    """Whether a member grows as only one of a zip bomb does."""
+    most_bytes = max(_SMALL_BYTES, _MOST_EXPANSION * max(info.compress_size, 1))
+    return info.file_size > most_bytes
 
 
 def _damaged(source: Path, error: Exception) -> PhotoError:
@@ -101,7 +105,7 @@ def _members(source: Path, archive: zipfile.ZipFile) -> list[_Member]:
 
 
 def _place(source: Path, info: zipfile.ZipInfo) -> PurePosixPath:
-    """Where a member goes, once that is inside the folder on every system."""
+    """The path of a member, checked to stay inside the folder on every system."""
     name = info.filename
     place = PurePosixPath(name)
     outside = (
@@ -123,10 +127,7 @@ def _place(source: Path, info: zipfile.ZipInfo) -> PurePosixPath:
 
 def _require_reasonable(source: Path, members: list[zipfile.ZipInfo]) -> None:
     whole = sum(one.file_size for one in members)
-    bomb = any(
-        one.file_size > _SMALL_BYTES and one.file_size > MOST_EXPANSION * max(one.compress_size, 1)
-        for one in members
-    )
+    bomb = any(expands_too_far(one) for one in members)
     if len(members) > _MOST_FILES or whole > _MOST_BYTES or bomb:
         raise PhotoError(
             "archive.too_large",
@@ -138,7 +139,7 @@ def _require_reasonable(source: Path, members: list[zipfile.ZipInfo]) -> None:
 
 
 def _without_outer_folder(members: list[_Member]) -> list[_Member]:
-    """Most programs zip the folder and not what lies in it."""
+    """The members without the one folder that holds all of them, which most programs add."""
     while members:
         tops = {member.place.parts[0] for member in members}
         if len(tops) > 1 or any(len(member.place.parts) == 1 for member in members):

@@ -96,7 +96,7 @@ def _reply(worked: Worked) -> Reply:
 
 
 def _told(one: Outcome | StepOutcome) -> str:
-    return one.told if one.finding is None else spoken(one.finding)
+    return one.reason if one.finding is None else spoken(one.finding)
 
 
 def _would_do(plans: Sequence[Plan], notes: Sequence[str]) -> Reply:

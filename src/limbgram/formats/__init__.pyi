@@ -1,7 +1,7 @@
 """Formats: its names, each imported when it is first used."""
 
 from .aop.cost import AopReport
-from .aop.writing import AopOptions, Own, write_aop
+from .aop.writing import AopOptions, SourceGrid, write_aop
 from .dxf import write_dxf
 from .dxf_r12 import PolyfaceReport, write_polyface_dxf, write_r12_dxf
 from .export_checks import admit, in_limb_frame, sure_in_limb_frame
@@ -25,9 +25,9 @@ __all__ = [
     "Control",
     "GcodeReport",
     "Machine",
-    "Own",
     "PolyfaceReport",
     "ShapeFile",
+    "SourceGrid",
     "admit",
     "in_limb_frame",
     "mm_per_unit_of",

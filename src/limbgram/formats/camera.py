@@ -1,8 +1,8 @@
 """The camera file: one calibration as JSON that people can read.
 
 Pixel (0, 0) is the centre of the top left pixel; the lens model is that of core.geometry.lens.
-Sigmas are written for people; what is read back is the covariance they come from. Coefficients that
-a file does not have are zero: it was written before the model had them.
+Sigmas are written for people; the covariance is what is read. Coefficients that a file does not
+have are zero: it was written before the lens model had them.
 """
 
 import json
@@ -25,15 +25,15 @@ _FORMAT = "limbgram camera"
 _VERSION = 1
 _LARGEST_BYTES = 1_000_000
 _LARGEST_PX = 1e7
-"""No focal length is longer in pixels: a hundred metres of lens on the finest sensor."""
+"""Longer than any focal length: a hundred metres on the finest sensor."""
 _LARGEST_SIDE_PX = 100_000
 _AS_WRITTEN = Strictness(pass_over_unknown=True)
-"""Later versions may write more."""
+"""Unknown names are ignored: later versions may write more."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _CameraFile:
-    """What a camera file holds, as far as it is read."""
+    """The fields of a camera file that are read."""
 
     format: Literal["limbgram camera"]
     version: Literal[1]
@@ -55,10 +55,10 @@ class _CameraFile:
 def write_camera(
     path: Path | str, calibration: Calibration, provenance: Mapping[str, str] | None = None
 ) -> None:
-    """Keep a calibration, and in `provenance` where it comes from (board, photos, program).
+    """Write a calibration, and in `provenance` where it comes from (board, photos, program).
 
     Raises:
-        CaseError: the file would take the place of another one.
+        CaseError: another kind of file lies there.
         ExportError: it cannot be written.
     """
     path = Path(path)
@@ -88,7 +88,7 @@ def write_camera(
 
 
 def require_camera_place(path: Path) -> None:
-    """Refuse to write over what is no camera file: a photo, say, or the settings of a program.
+    """Refuse to overwrite another kind of file: a photo, say, or the settings of a program.
 
     Raises:
         CaseError: another file lies there.
@@ -155,7 +155,7 @@ def read_camera(path: Path | str) -> Calibration:
 
 
 def _covariance(path: Path, rows: tuple[tuple[float, ...], ...], size: int) -> np.ndarray:
-    """Of the parameters that the file has."""
+    """The covariance of the parameters that the file has, checked."""
     if len(rows) != size or any(len(row) != size for row in rows):
         raise _unusable(path, fault("file.camera.covariance_size", size=size))
     covariance = np.array(rows, float)
@@ -173,9 +173,9 @@ def _covariance(path: Path, rows: tuple[tuple[float, ...], ...], size: int) -> n
 
 
 def _require_own_sigmas(path: Path, sigmas: LensParameters, covariance: np.ndarray) -> None:
-    """Refuse sigmas that are not those of the covariance: somebody changed one and not the other.
+    """Refuse sigmas that do not match the covariance: somebody edited one and not the other.
 
-    Files that leave them out are read: they say nothing that the covariance does not.
+    Files may leave them out, since the covariance has them.
     """
     written = [getattr(sigmas, name) for name in PARAMETERS]
     if not np.allclose(written, np.sqrt(np.diag(covariance)), rtol=1e-6, atol=1e-12):

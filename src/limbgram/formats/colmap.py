@@ -1,9 +1,8 @@
 """A COLMAP model folder, and poses.json: the cameras for other programs.
 
-COLMAP's pixel centre is +0.5, its poses are camera from world, its lens has no skew: the image
-points are written as a camera without skew would have them. Where photos have lenses of their own
-every photo is written with a camera of its own. The binary form takes any photo
-name; the text form breaks names at a space.
+COLMAP's pixel centre is +0.5, its poses are camera from world, and its lens has no skew: image
+points are written with the skew removed. Where photos have lenses of their own, every photo gets a
+camera of its own. The binary form takes any photo name; the text form breaks names at a space.
 """
 
 import struct
@@ -32,7 +31,7 @@ _CONVENTION = {
     "lens": "pinhole with skew and Brown-Conrady distortion, as OpenCV has k1, k2, p1, p2, k3",
 }
 _PINHOLE, _OPENCV, _FULL_OPENCV = 1, 4, 6
-"""COLMAP's numbers of its models; programs that read its files know the first two best."""
+"""COLMAP's camera model ids; most programs that read its files know the first two."""
 _SEEN = np.dtype([("xy", "<f8", 2), ("point", "<i8")])
 
 
@@ -117,7 +116,7 @@ def _write_images(stream: BinaryIO, scene: Scene) -> None:
 
 
 def _write_points(stream: BinaryIO, scene: Scene, colours: UInt8[np.ndarray, "n 3"] | None) -> None:
-    """Points with their mean residual and the observations, by photo, that each was made from."""
+    """Points, each with its mean residual and its track."""
     observed = scene.observations
     used = np.flatnonzero(np.isin(observed.photo_idx, scene.placed))
     errors = np.linalg.norm(scene.residuals_px(), axis=1)
@@ -143,7 +142,7 @@ def _write_points(stream: BinaryIO, scene: Scene, colours: UInt8[np.ndarray, "n 
 
 
 def _check(written: Path, scene: Scene) -> None:
-    """What pycolmap reads projects the points to where our own cameras do."""
+    """Refuse a model whose points pycolmap projects elsewhere than our own cameras do."""
     with signals_kept():
         import pycolmap  # only where photos were placed
 

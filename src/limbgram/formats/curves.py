@@ -1,4 +1,4 @@
-"""Curves: what a drawing shows beside the surface."""
+"""Curves: sections, trimline and centreline of a surface, for drawings."""
 
 from dataclasses import dataclass
 
@@ -12,17 +12,17 @@ from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, is_ver
 
 @dataclass(frozen=True, kw_only=True)
 class Curves:
-    """What is drawn beside the surface."""
+    """Curves of a surface."""
 
     sections: tuple[Section, ...]
     """Across z at multiples of a spacing."""
     trimline: tuple[Points3, ...] | None
-    """The surface's open edges, the longest first: the brim, and holes if there are any. None
-    where its faces do not join to one surface: its open edges are no lines."""
+    """The surface's boundary loops, the longest first: the brim, and holes if there are any. None
+    where the surface is not manifold: its open edges form no loops."""
 
     @property
     def centreline_mm(self) -> Points3:
-        """Upwards through the centroids of the closed sections, the largest of each height."""
+        """The centroids of the largest closed section of each height, from below upwards."""
         found: dict[float, tuple[float, float, float]] = {}
         for section in self.sections:
             area, x, y = area_and_centroid(section.points_mm)
@@ -34,9 +34,9 @@ class Curves:
 
 def curves_of(mesh: Mesh, spacing_mm: float) -> Curves:
     """Sections at multiples of the spacing, and the trimline."""
-    whole = is_edge_manifold(mesh.faces) and is_vertex_manifold(mesh.faces)
-    loops = boundary_loops(mesh.faces) if whole else ()
+    manifold = is_edge_manifold(mesh.faces) and is_vertex_manifold(mesh.faces)
+    loops = boundary_loops(mesh.faces) if manifold else ()
     return Curves(
         sections=cut(mesh, heights_between(mesh, spacing_mm).tolist()),
-        trimline=tuple(mesh.vertices_mm[loop] for loop in loops) if whole else None,
+        trimline=tuple(mesh.vertices_mm[loop] for loop in loops) if manifold else None,
     )

@@ -1,12 +1,12 @@
 """DXF, release 12, which carvers and old programs ask for: surface, sections and trimline.
 
-Each has a layer, and the curves are 3D polylines. The surface is 3DFACEs, or polyface meshes: these
-keep vertices apart from faces, so that neighbours stay joined. Their counts are 16-bit numbers, so
-a larger surface is split into several meshes that touch. Release 12 has no field for the unit:
-comments and layer names say it.
+Each has a layer, and the curves are 3D polylines. The surface is 3DFACEs, or polyface meshes, whose
+faces share vertices. A polyface mesh has 16-bit counts, so a larger surface is split into several
+meshes that touch. Release 12 has no field for the unit: a comment and the layer names state it.
 
-Ours stays: ezdxf's r12writer writes no header and no layer table, where the unit stands, and takes
-6.5 s for 250,000 triangles; ours takes 0.6 s with reading back (benchmarks/results/formats.json).
+Own code: ezdxf's r12writer writes no header and no layer table, which state the unit, and takes
+6.5 s for 250,000 triangles; this writer takes 0.6 s with reading back
+(benchmarks/results/formats.json).
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,21 +27,21 @@ from limbgram.findings import fault
 from limbgram.formats.curves import Curves, curves_of
 from limbgram.formats.writing import Unit, require_same_triangles, target
 
-_POLYFACE, _PLACE, _CORNERS = 64, 192, 128
-"""Flags of a mesh of joined faces, of its vertices, and of its faces."""
+_POLYFACE, _MESH_VERTEX, _MESH_FACE = 64, 192, 128
+"""Flags (group code 70) of a polyface mesh, of its vertices, and of its faces."""
 _CLOSED, _THREE_D, _THREE_D_VERTEX = 1, 8, 32
 _CORNER_CODES = tuple(10 * axis + corner for corner in range(4) for axis in (1, 2, 3))
 _NEWLINE, _MINUS, _POINT, _ZERO, _NINE = b"\n-.09"
-_LONGEST_WORD = 8
-_PRECISION = 1e-6
-_BLOCK = 5_000
-_MOST = 32_767
-"""Vertices or faces of one polyface mesh."""
+_WORD_LETTERS = 8
+_TOLERANCE = 1e-6
+_FACES_PER_BLOCK = 5_000
+_MOST_PER_MESH = 32_767
+"""Largest number of vertices, or of faces, in one polyface mesh."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolyfaceReport:
-    """What the file holds."""
+    """A written polyface file."""
 
     path: Path
     meshes: int
@@ -85,7 +85,7 @@ def write_drawing(
     wanted = [*(section.points_mm for section in curves.sections), *trimline]
 
     def encode(stream: BinaryIO) -> None:
-        stream.write(_opening(unit, layers if trimline else layers[:2]))
+        stream.write(_header(unit, layers if trimline else layers[:2]))
         stream.writelines(surface)
         stream.writelines(
             _polyline(section.points_mm, layers[1], closed=section.closed)
@@ -96,7 +96,7 @@ def write_drawing(
 
     def check(written: Path) -> None:
         read = _read_back(written, path.name)
-        require_same_triangles(path.name, read.triangles, mesh, _PRECISION)
+        require_same_triangles(path.name, read.triangles, mesh, _TOLERANCE)
         _require_same_lines(path.name, read.polylines, wanted)
 
     return write_file(path, encode, check)
@@ -110,8 +110,8 @@ def _encoded_tags(*tags: tuple[int, str]) -> bytes:
     return "".join(f"{code}\n{value}\n" for code, value in tags).encode("ascii")
 
 
-def _opening(unit: str, layers: tuple[str, ...]) -> bytes:
-    """Header, layers, and the beginning of the entities."""
+def _header(unit: str, layers: tuple[str, ...]) -> bytes:
+    """Comment, header, layer table, and the beginning of the entities."""
     tags: list[tuple[int, str]] = [
         (999, f"limbgram, unit: {unit}"),
         (0, "SECTION"),
@@ -131,23 +131,23 @@ def _opening(unit: str, layers: tuple[str, ...]) -> bytes:
 
 
 def _faces(mesh: Mesh, layer: str) -> Iterator[bytes]:
-    """A triangle is a 3DFACE whose fourth corner repeats its third."""
+    """3DFACEs of the triangles; the fourth corner repeats the third."""
     face = f"0\n3DFACE\n8\n{layer}\n" + "".join(f"{code}\n%s\n" for code in _CORNER_CODES)
     numbers = "%.6f " * mesh.vertices_mm.size % tuple(mesh.vertices_mm.ravel().tolist())
     places_mm = np.array(numbers.split(), object).reshape(-1, 3)
-    for start in range(0, len(mesh.faces), _BLOCK):
-        corners = places_mm[mesh.faces[start : start + _BLOCK][:, [0, 1, 2, 2]]]
+    for start in range(0, len(mesh.faces), _FACES_PER_BLOCK):
+        corners = places_mm[mesh.faces[start : start + _FACES_PER_BLOCK][:, [0, 1, 2, 2]]]
         yield (face * len(corners) % tuple(corners.ravel().tolist())).encode("ascii")
 
 
 def _split(mesh: Mesh) -> list[np.ndarray]:
-    """Faces in layers along z, each within what one polyface mesh can number."""
+    """The faces, sorted along z, in parts that one polyface mesh can number."""
     heights = mesh.vertices_mm[mesh.faces][:, :, 2].mean(1)
     rest = [mesh.faces[np.argsort(heights, kind="stable")]]
     parts: list[np.ndarray] = []
     while rest:
         faces = rest.pop(0)
-        over = max(len(faces), len(np.unique(faces))) / _MOST
+        over = max(len(faces), len(np.unique(faces))) / _MOST_PER_MESH
         if over <= 1:
             parts.append(faces)
         else:
@@ -167,10 +167,10 @@ def _polyface(part: Mesh, layer: str) -> Iterator[bytes]:
         (71, str(len(part.vertices_mm))),
         (72, str(len(part.faces))),
     )
-    place = f"0\nVERTEX\n8\n{layer}\n10\n%.6f\n20\n%.6f\n30\n%.6f\n70\n{_PLACE}\n"
+    place = f"0\nVERTEX\n8\n{layer}\n10\n%.6f\n20\n%.6f\n30\n%.6f\n70\n{_MESH_VERTEX}\n"
     yield (place * len(part.vertices_mm) % tuple(part.vertices_mm.ravel().tolist())).encode("ascii")
     face = (
-        f"0\nVERTEX\n8\n{layer}\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{_CORNERS}\n"
+        f"0\nVERTEX\n8\n{layer}\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{_MESH_FACE}\n"
         "71\n%d\n72\n%d\n73\n%d\n"
     )
     yield (face * len(part.faces) % tuple((part.faces + 1).ravel().tolist())).encode("ascii")
@@ -191,7 +191,7 @@ def _require_same_lines(name: str, found: Sequence[Points3], wanted: Sequence[Po
     require(len(found) == len(wanted), other_count(name, "curves", len(found), len(wanted)))
     for number, (polyline, points) in enumerate(zip(found, wanted, strict=True), 1):
         whole = polyline.shape == points.shape
-        near = whole and np.allclose(polyline, points, rtol=0, atol=_PRECISION)
+        near = whole and np.allclose(polyline, points, rtol=0, atol=_TOLERANCE)
         require(near, fault("export.curve_elsewhere", name=name, curve=number))
 
 
@@ -215,8 +215,8 @@ def _read_back(path: Path, name: str) -> _Drawing:
     ends = np.searchsorted(line_of[of_curve], np.flatnonzero(~joined), "right")
     polylines = np.split(points[of_curve], ends)[:-1]
     # Faces of a polyface mesh count its vertices from 1.
-    place = flags == _PLACE
-    first = np.searchsorted(line_of[place], line_of[flags == _CORNERS])
+    place = flags == _MESH_VERTEX
+    first = np.searchsorted(line_of[place], line_of[flags == _MESH_FACE])
     idx = tags.rows("VERTEX", 71, 72, 73) - 1 + first[:, None]
     known = bool(((idx >= 0) & (idx < place.sum())).all())
     require(known, fault("export.no_vertices", name=name))
@@ -246,13 +246,13 @@ class _Tags:
 
 
 def _word(name: str) -> int:
-    """Up to eight letters as one number."""
+    """Up to eight letters as one integer."""
     return int.from_bytes(name.encode("ascii"), "big")
 
 
 @njit(cache=True, nogil=True)
 def _tags(text: np.ndarray):
-    """Of each pair of lines: code, value if it is a number, name of the entity it belongs to."""
+    """Of each pair of lines: code, numeric value or NaN, name of the entity that it belongs to."""
     lines = 0
     for letter in text:
         lines += letter == _NEWLINE
@@ -271,13 +271,13 @@ def _tags(text: np.ndarray):
 
 @njit(cache=True, nogil=True)
 def _value(text: np.ndarray, start: int):
-    """A line as a number, NaN if it is none, and as a word, 0 if it is longer than eight letters;
-    where the next line begins."""
+    """A line as a number (NaN if it is none) and as a word (0 if it has more than eight letters);
+    and where the next line begins."""
     at, sign, number, share, word = start, 1.0, 0.0, 1.0, 0
     digits, after_point, plain = 0, False, True
     while text[at] != _NEWLINE:
         letter = text[at]
-        word = word * 256 + letter if at < start + _LONGEST_WORD else 0
+        word = word * 256 + letter if at < start + _WORD_LETTERS else 0
         if _ZERO <= letter <= _NINE:
             number = 10 * number + (letter - _ZERO)
             digits += 1

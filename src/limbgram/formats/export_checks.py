@@ -1,30 +1,28 @@
-"""Export checks: what must hold before a shape goes to a machine that cannot ask.
+"""Export checks: what must hold before a shape goes to a machine.
 
-A mirrored or wrongly sized model is found when it is cut, or worse, worn. A surface that folds or
-passes through itself is printed and carved as it stands.
+A mirrored or wrongly sized model is noticed only when it is cut, or worse, worn. A surface that
+folds or intersects itself is printed and carved as it is.
 """
 
 from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from limbgram.core.errors import CarveError, FoldedShapeError, OptionsError
 from limbgram.core.mesh.folds import ANY_SHAPE, Folds, find_branching, find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import doubt, note
-from limbgram.formats.units import LIKELY_MM
+from limbgram.formats.units import extent_of, is_likely
 from limbgram.workbench.bodies import left_out_findings, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
 from limbgram.workbench.limb import AlignedLimb, AnyLimb, Limb, Side
 
 
 def admit(limb: Limb, side: Side | None) -> AlignedLimb:
-    """The limb in its own frame, once alignment, side and size are sure.
+    """The limb in its own frame, after its alignment, side and size were checked.
 
     Args:
-        side: As somebody confirms it now, not as it was kept.
+        side: As somebody confirms it now, not as stored.
 
     Raises:
         OptionsError: nobody confirmed the side.
@@ -40,8 +38,8 @@ def admit(limb: Limb, side: Side | None) -> AlignedLimb:
     aligned = sure_in_limb_frame(limb).aligned()
     if volume_mm3(aligned.mesh) <= 0:
         raise CarveError("export.gate.inside_out")
-    extent_mm = float(np.ptp(aligned.mesh.vertices_mm, axis=0).max())
-    if not LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]:
+    extent_mm = extent_of(aligned.mesh)
+    if not is_likely(extent_mm):
         raise CarveError("export.gate.size", extent_mm=extent_mm)
     return aligned
 
@@ -62,9 +60,9 @@ def sure_in_limb_frame(limb: Limb) -> Limb:
 
 
 def without_folds(limb: AnyLimb) -> AnyLimb:
-    """The limb with what its surface folds laid back, and a note of it; as it is if nothing folds.
+    """The limb with its folds flattened, and a note of that; unchanged if nothing folds.
 
-    Loose bodies, which no file holds, are not looked at: where the limb folds they go here.
+    Loose bodies, which no file holds, are not checked; where the limb folds they are removed.
 
     Raises:
         FoldedShapeError: the surface branches, or folds where that cannot be laid back.
@@ -82,9 +80,9 @@ def without_folds(limb: AnyLimb) -> AnyLimb:
 
 
 def as_kept(limb: AnyLimb, path: Path) -> AnyLimb:
-    """The limb as a file may hold it that is no export: without folds where others read it.
+    """The limb as a file that is no export may hold it: without folds, except in a PLY.
 
-    A PLY is what work goes on with. It keeps what the scan has, and a doubt says where it folds.
+    A PLY is a working file. It keeps the scan's surface, and a doubt says where that folds.
 
     Raises:
         FoldedShapeError: as `without_folds`, of any other kind of file.
@@ -101,7 +99,7 @@ def as_kept(limb: AnyLimb, path: Path) -> AnyLimb:
 
 
 def require_unfolded(mesh: Mesh) -> None:
-    """Refuse a surface that branches, folds over or passes through itself.
+    """Refuse a surface that branches, folds over or intersects itself.
 
     Raises:
         FoldedShapeError: says where.

@@ -1,7 +1,7 @@
-"""A format: what the table knows of a kind of file that holds a shape.
+"""A format: reader, writer and properties of a kind of file that holds a shape.
 
-A format is one file of this folder. Its line `FORMAT = Format(...)` is all that the table needs:
-reading, export, deliverables and the tests of round trips follow from it.
+A format is one file of this folder. Its line `FORMAT = Format(...)` puts it into the table, from
+which reading, export, deliverables and the tests of round trips follow.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ from limbgram.formats.writing import Unit
 from limbgram.workbench.limb import Landmark
 
 Kept = Literal["colours", "filled", "sigma", "shared errors", "lost length"]
-"""What a file may keep of each vertex, beside its place."""
+"""What a file may keep of each vertex, beside its position."""
 
 
 class MeshWriter(Protocol):
@@ -36,11 +36,11 @@ class Format:
     """A kind of file that holds a shape."""
 
     suffix: str
-    """Small letters."""
+    """Lower case."""
     place: int
-    """Among the formats, as they are offered and delivered."""
+    """Order among the formats, in lists and deliverables."""
     used_for: Mapping[Language, str]
-    """Who takes it, in a few words for people."""
+    """Which machines or programs take it, in a few words for people."""
     read: Callable[[bytes, str], Soup] | None = None
     write: MeshWriter | None = None
     """None also where writing needs more than a mesh, as AOP needs an aligned limb."""
@@ -54,7 +54,7 @@ class Format:
 
     @property
     def name(self) -> str:
-        """Small letters, as `--to` takes it."""
+        """Lower case, as `--to` takes it."""
         return self.suffix[1:]
 
     @property
@@ -64,5 +64,5 @@ class Format:
 
     @property
     def holds_limbs(self) -> bool:
-        """Whether a limb can be kept so: written, and read again."""
+        """Whether a limb can be stored in it: written, and read again."""
         return self.read is not None and self.write is not None

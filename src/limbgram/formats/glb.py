@@ -1,12 +1,12 @@
 """GLB: the surface for viewers, with colour and sigma.
 
-glTF knows one unit, the metre, and calls +Y up (Khronos, glTF 2.0, 2021): read, it becomes
-millimetres with +Z up; written, one node turns +Z to +Y, so that viewers show the limb standing.
-Colours of vertices are shares of light there, not the steps of a display; some programs write the
-latter, and files of theirs, as ours from before, are known by the name that they give. The
-attribute _SIGMA has each vertex's standard deviation in metres, -1 where it was filled, for glTF
-has no NaN. Landmarks are nodes with the mark in their extras. Triangles, strips and fans are read,
-through all nodes of the scene. Compressed files are refused by name.
+glTF's unit is the metre, and +Y is up (Khronos, glTF 2.0, 2021). The reader turns +Y to +Z; the
+writer adds a node that turns +Z to +Y, so that viewers show the limb standing. Vertex colours are
+linear in glTF; some programs write sRGB instead, as earlier versions of this one did, and their
+files are recognised by the generator's name. The attribute _SIGMA has each vertex's standard
+deviation in metres, -1 where it was filled, for glTF has no NaN. Landmarks are nodes, marked in
+their extras. Triangles, strips and fans are read, through all nodes of the scene. Compressed files
+are refused by name.
 
 Our reader stays: of 300 damaged files trimesh 5.2 reads 15 as another shape without a word, ours 9;
 the rest trimesh ends in eleven kinds of error, RecursionError among them
@@ -37,53 +37,53 @@ from limbgram.reconstruction.photos.decoding import LINEAR_OF_SRGB
 from limbgram.workbench.limb import Landmark
 
 _Z_UP_FROM_Y_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
-_METRE = 0.001
+_M_PER_MM = 0.001
 _SIGMA = "_SIGMA"
 _MAGIC, _JSON, _BIN = b"glTF", 0x4E4F534A, 0x004E4942
-_KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_CODES = {kind: code for code, kind in _KINDS.items()}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_VALUES_OF, _CORNERS_OF = 34962, 34963
-"""What a part of the numbers is for: values of vertices, or corners of triangles."""
+_DTYPE_OF_CODE = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_CODE_OF_DTYPE = {kind: code for code, kind in _DTYPE_OF_CODE.items()}
+_COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+"""Targets of a buffer view: vertex attributes, or vertex indices."""
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_OURS = "limbgram"
-_MARKED = "landmark"
-_OF_DISPLAYS = ("trimesh", "open3d")
-"""Programs that write a display's colours (seen: trimesh 5.2, Open3D 0.20); trimesh wrote ours."""
-_DATA = "data:application/"
-_OF_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
-"""Extensions so named change no triangle."""
-_OF_DRAWING = {"attributes", "indices", "material", "mode", "targets", "extensions", "extras"}
-"""All that the format knows there: with indices misspelt, other triangles would be drawn."""
-_MOST_CORNERS = 60_000_000
-_TURNED = 1e-3
-_LONGEST_NAME = 300
+_GENERATOR = "limbgram"
+_LANDMARK_EXTRA = "landmark"
+_SRGB_WRITERS = ("trimesh", "open3d")
+"""Generators that write sRGB (seen: trimesh 5.2, Open3D 0.20); earlier versions used trimesh."""
+_DATA_URI = "data:application/"
+_APPEARANCE_EXTENSIONS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
+"""Prefixes of extensions that change no triangle."""
+_PRIMITIVE_KEYS = {"attributes", "indices", "material", "mode", "targets", "extensions", "extras"}
+"""All keys of a primitive: with `indices` misspelt, other triangles would be read."""
+_MOST_INDICES = 60_000_000
+_QUATERNION_TOLERANCE = 1e-3
 """A quaternion's length is 1 within this."""
+_LONGEST_NAME = 300
 
 
 def read_glb(content: bytes, name: str) -> Soup:
     """All surfaces of the scene as one, in metres."""
     try:
         file = _File.of(content)
-        parts, passed_over = _parts(file)
-        marks = _landmarks(file)
+        parts, skipped = _primitives(file)
+        landmarks = _landmarks(file)
     except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
         raise ShapeFileError("file.glb.unread", name=name, why=_why(error)) from error
     if not parts:
         raise ShapeFileError("file.glb.empty", name=name)
-    starts = np.cumsum([0, *(len(part.places) for part in parts[:-1])])
-    places = np.concatenate([part.places for part in parts]) @ _Z_UP_FROM_Y_UP.T
+    starts = np.cumsum([0, *(len(part.positions) for part in parts[:-1])])
+    positions = np.concatenate([part.positions for part in parts]) @ _Z_UP_FROM_Y_UP.T
     faces = np.concatenate([part.faces + start for part, start in zip(parts, starts)])
     colours = [part.colours for part in parts if part.colours is not None]
     sigma = parts[0].sigma if len(parts) == 1 else None
     mesh = Mesh(
-        vertices_mm=places,
+        vertices_mm=positions,
         faces=faces.astype(np.int32),
         colours=np.concatenate(colours) if len(colours) == len(parts) else None,
         sigma_mm=sigma,
     )
-    notes = (note("file.glb.passed_over", drawings=passed_over),) if passed_over else ()
-    return Soup(mesh=mesh, stated_unit="m", landmarks=marks, notes=notes)
+    notes = (note("file.glb.passed_over", drawings=skipped),) if skipped else ()
+    return Soup(mesh=mesh, stated_unit="m", landmarks=landmarks, notes=notes)
 
 
 def write_glb(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
@@ -92,7 +92,7 @@ def write_glb(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
 
 
 def write_marked_glb(mesh: Mesh, path: Path | str, landmarks: Sequence[Landmark]) -> Path:
-    """Write the same with each landmark as a named node, which viewers show as an empty place."""
+    """Write the same with each landmark as a named node, which viewers show as an empty object."""
     return _write(mesh, Path(path), "mm", landmarks)
 
 
@@ -104,13 +104,13 @@ def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) ->
 
     def check(written: Path) -> None:
         read = read_glb(written.read_bytes(), path.name)
-        places = read.mesh.vertices_mm / _METRE
-        require_same_triangles(path.name, places[read.mesh.faces], mesh, 2 * single_precision(mesh))
-        kept, sigma = read.mesh.sigma_mm, mesh.sigma_mm
+        corners_mm = (read.mesh.vertices_mm / _M_PER_MM)[read.mesh.faces]
+        require_same_triangles(path.name, corners_mm, mesh, 2 * single_precision(mesh))
         require(_same(read.mesh.colours, mesh.colours), other(path.name, "colours"))
-        metres = None if sigma is None else (sigma * _METRE).astype(np.float32)
-        require(_same(kept, metres), other(path.name, "sigmas"))
-        require(_same_marks(read.landmarks, landmarks), other(path.name, "landmarks"))
+        sigma_mm = mesh.sigma_mm
+        sigma_m = None if sigma_mm is None else (sigma_mm * _M_PER_MM).astype(np.float32)
+        require(_same(read.mesh.sigma_mm, sigma_m), other(path.name, "sigmas"))
+        require(_same_landmarks(read.landmarks, landmarks), other(path.name, "landmarks"))
 
     return write_file(path, encode, check)
 
@@ -121,115 +121,133 @@ def _same(one: np.ndarray | None, two: np.ndarray | None) -> bool:
     return np.array_equal(one, two, equal_nan=one.dtype.kind == "f")
 
 
-def _same_marks(found: Sequence[Landmark], written: Sequence[Landmark]) -> bool:
+def _same_landmarks(found: Sequence[Landmark], written: Sequence[Landmark]) -> bool:
     """Names and places, within a nanometre; what is read is in metres."""
-    return [mark.name for mark in found] == [_shown(mark.name) for mark in written] and all(
-        np.allclose(one.position_mm / _METRE, two.position_mm, rtol=0, atol=1e-6)
+    return [mark.name for mark in found] == [
+        _printable_name(mark.name) for mark in written
+    ] and all(
+        np.allclose(one.position_mm / _M_PER_MM, two.position_mm, rtol=0, atol=1e-6)
         for one, two in zip(found, written, strict=True)
     )
 
 
 def _encoded(mesh: Mesh, unit: Unit, landmarks: Sequence[Landmark]) -> bytes:
-    """The whole file: a description in JSON, and the numbers that it points into."""
-    places = (mesh.vertices_mm * _METRE).astype("<f4")
-    rows: dict[str, np.ndarray] = {
-        "POSITION": places,
-        "NORMAL": _whole_normals(mesh).astype("<f4"),
+    """The whole file: the JSON chunk, and the binary chunk with its arrays."""
+    attributes = _attributes(mesh)
+    arrays = [*attributes.values(), mesh.faces.astype("<u4").ravel()]
+    binary = b"".join(array.tobytes() for array in arrays)
+    described = json.dumps(
+        _tree(attributes, arrays, unit, landmarks), separators=(",", ":")
+    ).encode()
+    described += b" " * (-len(described) % 4)
+    chunks = (
+        struct.pack("<II", len(described), _JSON) + described,
+        struct.pack("<II", len(binary), _BIN) + binary,
+    )
+    return _MAGIC + struct.pack("<II", 2, 12 + sum(map(len, chunks))) + b"".join(chunks)
+
+
+def _attributes(mesh: Mesh) -> dict[str, np.ndarray]:
+    """The vertex attributes, each an array of 4-byte values."""
+    attributes: dict[str, np.ndarray] = {
+        "POSITION": (mesh.vertices_mm * _M_PER_MM).astype("<f4"),
+        "NORMAL": _unit_normals(mesh).astype("<f4"),
     }
     if mesh.colours is not None:
-        # As fractions: trimesh 5.2 takes whole numbers of 16 bits for others.
-        rows["COLOR_0"] = LINEAR_OF_SRGB[mesh.colours].astype("<f4")
+        # As floats: trimesh 5.2 misreads 16-bit integers.
+        attributes["COLOR_0"] = LINEAR_OF_SRGB[mesh.colours].astype("<f4")
     if mesh.sigma_mm is not None:
-        rows[_SIGMA] = _finite_metres(mesh.sigma_mm)
-    arrays = [*rows.values(), mesh.faces.astype("<u4").ravel()]
-    ends = np.cumsum([array.nbytes for array in arrays])  # all of whole words of 4 bytes
+        attributes[_SIGMA] = _sigma_m(mesh.sigma_mm)
+    return attributes
+
+
+def _tree(
+    attributes: dict[str, np.ndarray],
+    arrays: list[np.ndarray],
+    unit: Unit,
+    landmarks: Sequence[Landmark],
+) -> dict[str, Any]:
+    """The JSON of a file whose arrays are the attributes and the vertex indices, in this order."""
+    ends = np.cumsum([array.nbytes for array in arrays])
     views = [
         {
             "buffer": 0,
             "byteOffset": int(end - array.nbytes),
             "byteLength": array.nbytes,
-            "target": _CORNERS_OF if array is arrays[-1] else _VALUES_OF,
+            "target": _ELEMENT_ARRAY_BUFFER if array is arrays[-1] else _ARRAY_BUFFER,
         }
         for array, end in zip(arrays, ends)
     ]
     accessors: list[dict[str, Any]] = [_accessor(idx, array) for idx, array in enumerate(arrays)]
-    accessors[0] |= {"min": places.min(0).tolist(), "max": places.max(0).tolist()}
+    positions = attributes["POSITION"]
+    accessors[0] |= {"min": positions.min(0).tolist(), "max": positions.max(0).tolist()}
     matrix = np.eye(4)
     matrix[:3, :3] = _Z_UP_FROM_Y_UP.T
     surface: dict[str, Any] = {"name": "surface", "mesh": 0, "matrix": matrix.T.ravel().tolist()}
     if landmarks:
         surface["children"] = list(range(1, len(landmarks) + 1))
-    tree = {
-        "asset": {"version": "2.0", "generator": _OURS},
+    primitive = {
+        "attributes": {name: idx for idx, name in enumerate(attributes)},
+        "indices": len(attributes),
+    }
+    return {
+        "asset": {"version": "2.0", "generator": _GENERATOR},
         "scene": 0,
         "scenes": [{"nodes": [0], "extras": {"source_unit": unit}}],
         "nodes": [surface, *map(_node, landmarks)],
-        "meshes": [
-            {
-                "primitives": [
-                    {
-                        "attributes": {name: idx for idx, name in enumerate(rows)},
-                        "indices": len(rows),
-                    }
-                ]
-            }
-        ],
+        "meshes": [{"primitives": [primitive]}],
         "accessors": accessors,
         "bufferViews": views,
         "buffers": [{"byteLength": int(ends[-1])}],
     }
-    described = json.dumps(tree, separators=(",", ":")).encode()
-    described += b" " * (-len(described) % 4)
-    numbers = b"".join(array.tobytes() for array in arrays)
-    parts = (
-        struct.pack("<II", len(described), _JSON) + described,
-        struct.pack("<II", len(numbers), _BIN) + numbers,
-    )
-    return _MAGIC + struct.pack("<II", 2, 12 + sum(map(len, parts))) + b"".join(parts)
 
 
 def _accessor(idx: int, array: np.ndarray) -> dict[str, Any]:
     width = 1 if array.ndim == 1 else array.shape[1]
     return {
         "bufferView": idx,
-        "componentType": _CODES[array.dtype.str],
+        "componentType": _CODE_OF_DTYPE[array.dtype.str],
         "count": len(array),
         "type": "SCALAR" if width == 1 else f"VEC{width}",
     }
 
 
 def _node(mark: Landmark) -> dict[str, Any]:
-    """In the axes of the surface, whose node is above."""
-    place = (mark.position_mm * _METRE).tolist()
-    return {"name": _shown(mark.name), "translation": place, "extras": {_MARKED: True}}
+    """A landmark's node, a child of the surface's node and in its axes."""
+    place = (mark.position_mm * _M_PER_MM).tolist()
+    return {
+        "name": _printable_name(mark.name),
+        "translation": place,
+        "extras": {_LANDMARK_EXTRA: True},
+    }
 
 
-def _shown(name: str) -> str:
-    """A landmark's name without what no program shows."""
+def _printable_name(name: str) -> str:
+    """A landmark's name without unprintable characters."""
     return "".join(letter for letter in name if letter.isprintable())[:_LONGEST_NAME]
 
 
-def _whole_normals(mesh: Mesh) -> Points3:
-    """Of length 1 everywhere, as the format demands, also where no face of area meets."""
+def _unit_normals(mesh: Mesh) -> Points3:
+    """Vertex normals of length 1, as glTF demands; +Z where all faces of a vertex have no area."""
     normals = mesh.vertex_normals()
     normals[~normals.any(1)] = (0.0, 0.0, 1.0)
     return normals
 
 
-def _displayed(light: np.ndarray) -> np.ndarray:
-    """Steps of a display's colour, 0 to 255, of shares of light (IEC 61966-2-1)."""
-    light = np.clip(light, 0, 1)
-    shown = np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
-    return np.rint(shown * 255).astype(np.uint8)
+def _srgb_from_linear(linear: np.ndarray) -> np.ndarray:
+    """sRGB, 0 to 255, of linear colours, 0 to 1 (IEC 61966-2-1)."""
+    linear = np.clip(linear, 0, 1)
+    srgb = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.rint(srgb * 255).astype(np.uint8)
 
 
 @dataclass(frozen=True)
 class _File:
-    """The tree of a file and the numbers that it points into."""
+    """The JSON of a file, and its buffers."""
 
     tree: dict[str, Any]
-    numbers: tuple[bytes, ...]
-    """Of each buffer; only the first stands in the file itself, behind its description."""
+    buffers: tuple[bytes, ...]
+    """Only the first may be the file's binary chunk."""
 
     @classmethod
     def of(cls, content: bytes) -> "_File":
@@ -256,53 +274,53 @@ class _File:
         if not str(tree["asset"]["version"]).startswith("2"):
             raise ContentError("file.glb.gltf_version")
         for needed in tree.get("extensionsRequired", []):
-            if not str(needed).startswith(_OF_LOOKS):
+            if not str(needed).startswith(_APPEARANCE_EXTENSIONS):
                 raise ContentError("file.glb.needs", extension=str(needed)[:60])
         buffers: list[dict[str, Any]] = tree.get("buffers", [])
         inside = [chunks.get(_BIN), *(None for _ in buffers[1:])]
-        return cls(tree, tuple(_numbers(*one) for one in zip(buffers, inside)))
+        return cls(tree, tuple(_buffer_bytes(*one) for one in zip(buffers, inside)))
 
     def item(self, kind: str, number: Any) -> dict[str, Any]:
-        """One of a list of the tree."""
+        """An object of one of the tree's lists."""
         listed = self.tree[kind]
         if not isinstance(listed, list):
             raise ContentError("file.glb.no_list", kind=kind)
-        found = cast(list[object], listed)[_whole(number, kind)]
+        found = cast(list[object], listed)[_index(number, kind)]
         if not isinstance(found, dict):
             raise ContentError("file.glb.no_object", kind=kind)
         return cast(dict[str, Any], found)
 
     def array(self, number: Any, widths: tuple[str, ...]) -> tuple[np.ndarray, bool]:
-        """An accessor's rows, and whether whole numbers stand for shares of one."""
+        """An accessor's rows, and whether its integers are normalised."""
         accessor = self.item("accessors", number)
-        kind, count = accessor["type"], _whole(accessor["count"], "count")
+        kind, count = accessor["type"], _index(accessor["count"], "count")
         if kind not in widths or "sparse" in accessor:
             raise ContentError("file.glb.numbers", kind=str(kind)[:20])
         view = self.item("bufferViews", accessor["bufferView"])
-        numbers = self.numbers[_whole(view["buffer"], "buffer")]
-        cell = np.dtype(_KINDS[accessor["componentType"]])
-        width = _WIDTHS[kind]
-        start = _whole(view.get("byteOffset", 0), "byteOffset")
-        end = start + _whole(view["byteLength"], "byteLength")
-        first = start + _whole(accessor.get("byteOffset", 0), "byteOffset")
-        step = _whole(view.get("byteStride", 0), "byteStride") or width * cell.itemsize
+        buffer = self.buffers[_index(view["buffer"], "buffer")]
+        cell = np.dtype(_DTYPE_OF_CODE[accessor["componentType"]])
+        width = _COMPONENTS[kind]
+        start = _index(view.get("byteOffset", 0), "byteOffset")
+        end = start + _index(view["byteLength"], "byteLength")
+        first = start + _index(accessor.get("byteOffset", 0), "byteOffset")
+        step = _index(view.get("byteStride", 0), "byteStride") or width * cell.itemsize
         last = first + (count - 1) * step + width * cell.itemsize
-        if not count or step < width * cell.itemsize or last > end or end > len(numbers):
+        if not count or step < width * cell.itemsize or last > end or end > len(buffer):
             raise ContentError("file.glb.beyond_numbers")
-        rows = np.ndarray((count, width), cell, numbers, first, strides=(step, cell.itemsize))
+        rows = np.ndarray((count, width), cell, buffer, first, strides=(step, cell.itemsize))
         return rows, bool(accessor.get("normalized", False))
 
 
-def _numbers(buffer: dict[str, Any], inside: bytes | None) -> bytes:
-    """Of one buffer: behind the description, or as text in it, which Open3D writes.
+def _buffer_bytes(buffer: dict[str, Any], chunk: bytes | None) -> bytes:
+    """The bytes of a buffer: the binary chunk, or a data URI, which Open3D writes.
 
-    inside: What stands behind the description, which only the first buffer may mean.
+    chunk: The file's binary chunk, for the first buffer only.
     """
-    if "uri" not in buffer and inside is not None:
-        return inside
+    if "uri" not in buffer and chunk is not None:
+        return chunk
     uri = str(buffer.get("uri", ""))
     head, mark, text = uri.partition(";base64,")
-    if not (mark and head.startswith(_DATA)):
+    if not (mark and head.startswith(_DATA_URI)):
         raise ContentError("file.glb.elsewhere")
     try:
         return base64.b64decode(text, validate=True)
@@ -311,36 +329,36 @@ def _numbers(buffer: dict[str, Any], inside: bytes | None) -> bytes:
 
 
 @dataclass(frozen=True)
-class _Part:
-    """A drawing of triangles in the scene's axes."""
+class _Primitive:
+    """A primitive's triangles in the scene's axes."""
 
-    places: Points3
+    positions: Points3
     faces: Int64[np.ndarray, "f 3"]
     colours: np.ndarray | None
     sigma: np.ndarray | None
 
 
-def _parts(file: _File) -> tuple[list[_Part], int]:
-    """Every surface at every node; and how many drawings of other things there are."""
-    parts: list[_Part] = []
-    passed_over = corners = 0
-    for node, motion in _placed(file):
+def _primitives(file: _File) -> tuple[list[_Primitive], int]:
+    """The triangles of every node of the scene; and the number of primitives of points or lines."""
+    found: list[_Primitive] = []
+    skipped = size = 0
+    for node, scene_from_node in _nodes_in_scene(file):
         if "mesh" not in node:
             continue
-        for drawing in file.item("meshes", node["mesh"])["primitives"]:
-            if drawing.get("mode", _TRIANGLES) in (0, 1, 2, 3):
-                passed_over += 1
+        for listed in file.item("meshes", node["mesh"])["primitives"]:
+            if listed.get("mode", _TRIANGLES) in (0, 1, 2, 3):
+                skipped += 1
                 continue
-            part = _part(file, drawing, motion)
-            corners += 3 * len(part.faces) + len(part.places)
-            if corners > _MOST_CORNERS:
+            primitive = _primitive(file, listed, scene_from_node)
+            size += 3 * len(primitive.faces) + len(primitive.positions)
+            if size > _MOST_INDICES:
                 raise ContentError("file.glb.too_many")
-            parts.append(part)
-    return parts, passed_over
+            found.append(primitive)
+    return found, skipped
 
 
-def _placed(file: _File) -> list[tuple[dict[str, Any], Float64[np.ndarray, "4 4"]]]:
-    """The nodes of the scene, with the motion to the scene."""
+def _nodes_in_scene(file: _File) -> list[tuple[dict[str, Any], Float64[np.ndarray, "4 4"]]]:
+    """The nodes of the scene, each with its matrix scene_from_node."""
     if "scenes" in file.tree:
         roots = file.item("scenes", file.tree.get("scene", 0)).get("nodes", [])
     else:
@@ -351,39 +369,39 @@ def _placed(file: _File) -> list[tuple[dict[str, Any], Float64[np.ndarray, "4 4"
     found: list[tuple[dict[str, Any], Float64[np.ndarray, "4 4"]]] = []
     seen: set[int] = set()
     while waiting:
-        number, above = waiting.pop()
-        if _whole(number, "node") in seen:
+        number, scene_from_parent = waiting.pop()
+        if _index(number, "node") in seen:
             raise ContentError("file.glb.node_twice")
         seen.add(number)
         node = file.item("nodes", number)
-        motion = above @ _motion(node)
-        found.append((node, motion))
-        waiting += [(child, motion) for child in reversed(node.get("children", []))]
+        scene_from_node = scene_from_parent @ _parent_from_node(node)
+        found.append((node, scene_from_node))
+        waiting += [(child, scene_from_node) for child in reversed(node.get("children", []))]
     return found
 
 
 def _landmarks(file: _File) -> tuple[Landmark, ...]:
-    """The nodes that say that they are landmarks, in metres and the axes of the limb's file."""
+    """The nodes that are marked as landmarks, in metres, with +Z up."""
     found: list[Landmark] = []
-    for node, motion in _placed(file):
+    for node, scene_from_node in _nodes_in_scene(file):
         extras = node.get("extras")
-        if isinstance(extras, dict) and cast(dict[str, Any], extras).get(_MARKED) is True:
-            place = _Z_UP_FROM_Y_UP @ motion[:3, 3]
-            if not np.isfinite(place).all():
+        if isinstance(extras, dict) and cast(dict[str, Any], extras).get(_LANDMARK_EXTRA) is True:
+            position = _Z_UP_FROM_Y_UP @ scene_from_node[:3, 3]
+            if not np.isfinite(position).all():
                 raise ContentError("file.glb.landmark")
-            found.append(Landmark(name=_shown(str(node["name"])), position_mm=place))
+            found.append(Landmark(name=_printable_name(str(node["name"])), position_mm=position))
     return tuple(found)
 
 
-def _motion(node: dict[str, Any]) -> Float64[np.ndarray, "4 4"]:
-    """From a node's axes to those of the one above."""
+def _parent_from_node(node: dict[str, Any]) -> Float64[np.ndarray, "4 4"]:
+    """A node's matrix, or the one of its rotation, scale and translation."""
     if "matrix" in node:
         motion = _floats(node["matrix"], 16).reshape(4, 4).T
         if not np.array_equal(motion[3], [0, 0, 0, 1]):
             raise ContentError("file.glb.matrix")
     else:
         x, y, z, w = _floats(node.get("rotation", [0, 0, 0, 1]), 4)
-        if abs(x * x + y * y + z * z + w * w - 1) > 2 * _TURNED:
+        if abs(x * x + y * y + z * z + w * w - 1) > 2 * _QUATERNION_TOLERANCE:
             raise ContentError("file.glb.rotation")
         motion = np.eye(4)
         motion[:3, :3] = [
@@ -396,74 +414,78 @@ def _motion(node: dict[str, Any]) -> Float64[np.ndarray, "4 4"]:
     return motion
 
 
-def _part(file: _File, drawing: dict[str, Any], motion: Float64[np.ndarray, "4 4"]) -> _Part:
-    strange = sorted(set(drawing) - _OF_DRAWING)
-    if strange:
-        raise ContentError("file.glb.strange", name=strange[0][:40])
-    attributes: dict[str, Any] = drawing["attributes"]
+def _primitive(
+    file: _File, listed: dict[str, Any], scene_from_node: Float64[np.ndarray, "4 4"]
+) -> _Primitive:
+    unknown = sorted(set(listed) - _PRIMITIVE_KEYS)
+    if unknown:
+        raise ContentError("file.glb.strange", name=unknown[0][:40])
+    attributes: dict[str, Any] = listed["attributes"]
     rows, _ = file.array(attributes["POSITION"], ("VEC3",))
     if rows.dtype.kind != "f":
         raise ContentError("file.glb.places")
     count = len(rows)
-    if "indices" in drawing:
-        listed, _ = file.array(drawing["indices"], ("SCALAR",))
-        if listed.dtype.kind != "u":
+    if "indices" in listed:
+        column, _ = file.array(listed["indices"], ("SCALAR",))
+        if column.dtype.kind != "u":
             raise ContentError("file.glb.corners")
-        corners = listed[:, 0].astype(np.int64)
+        indices = column[:, 0].astype(np.int64)
     else:
-        corners = np.arange(count)
-    if corners.max(initial=-1) >= count:
-        raise ContentError("file.glb.corner", vertex=int(corners.max()), vertices=count)
-    faces = _triangles(corners, drawing.get("mode", _TRIANGLES))
-    if np.linalg.det(motion[:3, :3]) < 0:
+        indices = np.arange(count)
+    if indices.max(initial=-1) >= count:
+        raise ContentError("file.glb.corner", vertex=int(indices.max()), vertices=count)
+    faces = _triangles(indices, listed.get("mode", _TRIANGLES))
+    linear, translation = scene_from_node[:3, :3], scene_from_node[:3, 3]
+    if np.linalg.det(linear) < 0:  # a mirror image: turn the faces back
         faces = faces[:, ::-1]
-    return _Part(
-        places=rows.astype(np.float64) @ motion[:3, :3].T + motion[:3, 3],
+    return _Primitive(
+        positions=rows.astype(np.float64) @ linear.T + translation,
         faces=faces,
         colours=_colours(file, attributes, count),
         sigma=_sigma(file, attributes, count),
     )
 
 
-def _triangles(corners: Int64[np.ndarray, " k"], mode: Any) -> Int64[np.ndarray, "f 3"]:
+def _triangles(indices: Int64[np.ndarray, " k"], mode: Any) -> Int64[np.ndarray, "f 3"]:
+    """Triangles of a list, a strip or a fan of vertex indices."""
     if mode == _TRIANGLES:
-        if len(corners) % 3:
-            raise ContentError("file.glb.corner_count", corners=len(corners))
-        return corners.reshape(-1, 3)
-    first, second, third = corners[:-2], corners[1:-1], corners[2:]
+        if len(indices) % 3:
+            raise ContentError("file.glb.corner_count", corners=len(indices))
+        return indices.reshape(-1, 3)
+    first, second, third = indices[:-2], indices[1:-1], indices[2:]
     if mode == _STRIP:
         faces = np.column_stack([first, second, third])
         faces[1::2] = faces[1::2, [1, 0, 2]]
         return faces
     if mode == _FAN:
-        return np.column_stack([np.full(len(third), corners[0]), second, third])
+        return np.column_stack([np.full(len(third), indices[0]), second, third])
     raise ContentError("file.glb.mode")
 
 
 def _colours(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray | None:
     if "COLOR_0" not in attributes:
         return None
-    rows, shares = file.array(attributes["COLOR_0"], ("VEC3", "VEC4"))
+    rows, normalised = file.array(attributes["COLOR_0"], ("VEC3", "VEC4"))
     if len(rows) != count:
         raise ContentError("file.glb.colour_count", colours=len(rows), vertices=count)
     colours = rows[:, :3]
-    writer = str(file.tree["asset"].get("generator", "")).lower()
-    shown = any(one in writer for one in _OF_DISPLAYS)
+    generator = str(file.tree["asset"].get("generator", "")).lower()
+    is_srgb = any(one in generator for one in _SRGB_WRITERS)
     if colours.dtype.kind == "f":
         if not np.isfinite(colours).all():
             raise ContentError("file.colour.no_number")
-        return (
-            np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8) if shown else _displayed(colours)
-        )
-    if colours.dtype.kind != "u" or colours.dtype.itemsize > 2 or not shares:
+        if not is_srgb:
+            return _srgb_from_linear(colours)
+        return np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+    if colours.dtype.kind != "u" or colours.dtype.itemsize > 2 or not normalised:
         raise ContentError("file.glb.colours")
-    if not shown:
-        return _displayed(colours / np.iinfo(colours.dtype).max)
+    if not is_srgb:
+        return _srgb_from_linear(colours / np.iinfo(colours.dtype).max)
     return (colours >> 8 if colours.dtype.itemsize == 2 else colours).astype(np.uint8)
 
 
 def _sigma(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray | None:
-    """Sigmas of our own files, in metres; -1 there says that there is none."""
+    """The _SIGMA attribute in metres, NaN where the file has -1."""
     if _SIGMA not in attributes:
         return None
     rows, _ = file.array(attributes[_SIGMA], ("SCALAR",))
@@ -483,23 +505,23 @@ def _floats(listed: Any, count: int) -> Float64[np.ndarray, " k"]:
     return numbers
 
 
-def _whole(number: Any, what: str) -> int:
-    """A whole number from 0: lists are counted, and none has an end that counts backwards."""
+def _index(number: Any, what: str) -> int:
+    """A list index or count: an integer from 0, as JSON has it."""
     if isinstance(number, bool) or not isinstance(number, int) or number < 0:
         raise ContentError("file.glb.no_whole", what=what, found=str(number)[:20])
     return number
 
 
 def _why(error: Exception) -> Finding:
-    """What went wrong; of what Python says no more than a line."""
+    """The reason of a failed read; of Python's messages one line."""
     if isinstance(error, KeyError):
         return fault("file.glb.missing", name=str(error.args[0]))
     return reason_of(error).with_texts(lambda text: text[:200])
 
 
-def _finite_metres(sigma_mm: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:
-    """Sigmas in metres; what has none is negative."""
-    return np.where(np.isfinite(sigma_mm), sigma_mm * _METRE, -1.0).astype(np.float32)
+def _sigma_m(sigma_mm: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:
+    """Sigmas in metres, -1 for NaN."""
+    return np.where(np.isfinite(sigma_mm), sigma_mm * _M_PER_MM, -1.0).astype(np.float32)
 
 
 FORMAT = Format(

@@ -21,7 +21,7 @@ _SAME_VOLUME = 1e-4
 def write_limb(limb: Limb, path: Path | str) -> Path:
     """Write the mesh by the path's ending, in the mesh's frame, and the limb file beside it.
 
-    The limb's origins become what the new file was made from.
+    The limb's origins are recorded as those of the new file.
     """
     path = Path(path)
     kind = format_of(path)
@@ -32,7 +32,7 @@ def write_limb(limb: Limb, path: Path | str) -> Path:
         written = kind.write_marked(limb.mesh, path, limb.landmarks)
     else:
         written = kind.write(limb.mesh, path, "mm")
-    # The mesh first: stopped between the two, an older limb file has another hash and is refused.
+    # The mesh first: if the program is ended in between, the older limb file does not fit its hash.
     _write_record(limb, written, hash_of(written.read_bytes()), kind.mm_per_unit)
     return written
 
@@ -44,7 +44,7 @@ def write_limb_file(
 
     Args:
         mm_per_unit: Millimetres in one unit of the mesh's file.
-        sha256: Of that file as the limb's mesh was read of it; spares reading it once more.
+        sha256: Of that file when the limb's mesh was read from it; saves reading the mesh again.
 
     Raises:
         ExportError: that file does not hold this limb's mesh.
@@ -85,8 +85,9 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
 
 
 def _same_surface(one: Mesh, other: Mesh) -> bool:
-    """The same extent and volume: the order of vertices is no property of a file."""
-    ends = [np.array([m.vertices_mm.min(0), m.vertices_mm.max(0)]) for m in (one, other)]
-    volumes = [volume_mm3(m) for m in (one, other)]
-    near = np.abs(ends[0] - ends[1]).max() <= _SAME_PLACE_MM
-    return bool(near and abs(volumes[0] - volumes[1]) <= _SAME_VOLUME * abs(volumes[1]) + 1.0)
+    """Whether two meshes have the same bounding box and volume; their vertices may be reordered."""
+    boxes = [np.array([m.vertices_mm.min(0), m.vertices_mm.max(0)]) for m in (one, other)]
+    volumes_mm3 = [volume_mm3(m) for m in (one, other)]
+    same_box = np.abs(boxes[0] - boxes[1]).max() <= _SAME_PLACE_MM
+    change_mm3 = abs(volumes_mm3[0] - volumes_mm3[1])
+    return bool(same_box and change_mm3 <= _SAME_VOLUME * abs(volumes_mm3[1]) + 1.0)

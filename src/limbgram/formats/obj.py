@@ -1,10 +1,10 @@
-"""OBJ: vertices as text, with colours where they stand behind the places, and polygons as fans.
+"""OBJ: vertices as text, with colours if they follow the coordinates, and polygons as fans.
 
-A line that begins with no word of the format is damage: passed over, it might have been a face.
-Written are vertices, to a millionth of a unit, and triangles; landmarks behind them, each as an
-object of one point. Points of other files are no landmarks.
+A line with an unknown keyword is refused as damage: ignored, it might have been a face. The writer
+gives vertices, to a millionth of a unit, and triangles; after them each landmark as an object of
+one point. Points in files of other programs are no landmarks.
 
-Ours stays: of 300 damaged files trimesh 5.2 reads 90 as another shape without a word, this reader
+Own code: of 300 damaged files trimesh 5.2 reads 90 as another shape without a word, this reader
 34 (benchmarks/results/formats.json).
 """
 
@@ -28,29 +28,33 @@ from limbgram.workbench.limb import Landmark
 
 _CORNER = rb"-?\d{1,10}(?:/-?\d*){0,2}"
 _FACE = re.compile(_CORNER + rb"(?:\s+" + _CORNER + rb"){2,}")
-_BEHIND_SLASH = re.compile(rb"/\S*")
-_PASSED_OVER = frozenset(
+_AFTER_SLASH = re.compile(rb"/\S*")
+_IGNORED_KEYWORDS = frozenset(
     b"vt vn vp cstype deg bmat step p l curv curv2 surf parm trim hole scrv sp end con g s mg o "
     b"bevel c_interp d_interp lod usemtl mtllib shadow_obj trace_obj ctech stech usemap maplib "
     b"call csh".split()
 )
-"""Words of the format (Wavefront, appendix B1) that say nothing of a surface of triangles."""
-_MOST_NUMBERS = 7
-"""Of a vertex: its place, a weight and a colour."""
-_PRECISION = 1e-6
-_BLOCK = 10_000
+"""Keywords of the format (Wavefront, appendix B1) that do not change a surface of triangles."""
+_MOST_VERTEX_NUMBERS = 7
+"""Of a vertex: coordinates, a weight and a colour."""
+_TOLERANCE = 1e-6
+_ROWS_PER_BLOCK = 10_000
 _Y = 1
-_MARK = "landmark "
-_LANDMARK = rb"o " + _MARK.encode() + rb"([^\r\n]{1,300})\r?\nv ([-.\d ]{5,80})\r?\np \d{1,10}\r?\n"
-"""Of our files: name and place."""
+_LANDMARK_PREFIX = "landmark "
+_LONGEST_NAME_BYTES = 300
+_LANDMARK_LINES = (
+    rb"o " + _LANDMARK_PREFIX.encode() + rb"([^\r\n]{1,300})\r?\n"
+    rb"v ([-.\d ]{5,80})\r?\np \d{1,10}\r?\n"
+)
+"""A landmark as this program writes it: name and position."""
 
 
 def read_obj(content: bytes, name: str) -> Soup:
     """The surface of all objects and groups of the file as one."""
     try:
-        surface, marks = _landmarks_apart(content)
+        surface, marks = _split_landmarks(content)
         lines = _lines(surface)
-        places = _rows(lines)
+        places = _vertex_rows(lines)
         faces = _faces(lines)
     except ValueError as error:
         raise ShapeFileError("file.obj.damaged", name=name, why=reason_of(error)) from error
@@ -67,7 +71,7 @@ def read_obj(content: bytes, name: str) -> Soup:
         landmarks=marks,
         notes=(
             *of_polygons(faces, sum(word == b"f" for word, _ in lines)),
-            *(() if ours else _of_axes(mesh)),
+            *(() if ours else _y_up_note(mesh)),
         ),
     )
 
@@ -91,24 +95,32 @@ def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) ->
             stream.write(("f %d %d %d\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
         for number, mark in enumerate(landmarks, len(mesh) + 1):
             x, y, z = mark.position_mm.tolist()
-            name = " ".join(mark.name.split())
-            stream.write(f"o {_MARK}{name}\nv {x:.6f} {y:.6f} {z:.6f}\np {number}\n".encode())
+            head = f"o {_LANDMARK_PREFIX}{_one_line(mark.name)}"
+            stream.write(f"{head}\nv {x:.6f} {y:.6f} {z:.6f}\np {number}\n".encode())
 
     def check(written: Path) -> None:
         vertices, faces = _read_back(written)
-        require_same_triangles(path.name, vertices[faces], mesh, _PRECISION)
-        there = np.array([mark.position_mm for mark in landmarks]).reshape(-1, 3)
-        beside = vertices[len(mesh) :]
-        near = beside.shape == there.shape and np.allclose(beside, there, rtol=0, atol=_PRECISION)
+        require_same_triangles(path.name, vertices[faces], mesh, _TOLERANCE)
+        _, read = _split_landmarks(written.read_bytes())
+        positions = np.array([mark.position_mm for mark in landmarks]).reshape(-1, 3)
+        read_positions = np.array([mark.position_mm for mark in read]).reshape(-1, 3)
+        same = [mark.name for mark in read] == [_one_line(mark.name) for mark in landmarks]
+        near = same and np.allclose(read_positions, positions, rtol=0, atol=_TOLERANCE)
         require(near, other(path.name, "landmarks"))
 
     return write_file(path, encode, check)
 
 
-def _of_axes(mesh: Mesh) -> tuple[Finding, ...]:
-    """A note where +Y may be up: the format does not say it, and limbs are mostly longer than wide.
+def _one_line(name: str) -> str:
+    """A landmark's name that a line of the file can hold."""
+    plain = " ".join(name.split()).encode()[:_LONGEST_NAME_BYTES].decode(errors="ignore")
+    return plain.strip() or "unnamed"
 
-    The shape stays as it lies: to turn it would be a guess, and aligning does it surely.
+
+def _y_up_note(mesh: Mesh) -> tuple[Finding, ...]:
+    """A note where the shape is longest along Y, which may be up: the format does not say.
+
+    The shape is not turned: alignment will do that without a guess.
     """
     if int(np.ptp(mesh.vertices_mm, axis=0).argmax()) != _Y:
         return ()
@@ -116,29 +128,29 @@ def _of_axes(mesh: Mesh) -> tuple[Finding, ...]:
 
 
 _Lines = list[tuple[bytes, bytes]]
-"""The words v and f, each with what stands behind it, in the order of the file."""
+"""The keywords v and f, each with its arguments, in the order of the file."""
 
 
 def _lines(content: bytes) -> _Lines:
-    """The lines that make the surface; a line may go on behind a backslash."""
+    """The v and f lines; a backslash continues a line."""
     kept: _Lines = []
     whole = content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
     for number, line in enumerate(whole.splitlines(), 1):
         word, _, rest = line.split(b"#", 1)[0].strip().replace(b"\t", b" ").partition(b" ")
         if word in (b"v", b"f"):
             kept.append((word, rest.strip()))
-        elif word and word not in _PASSED_OVER:
+        elif word and word not in _IGNORED_KEYWORDS:
             shown = word[:40].decode("ascii", "replace")
             raise ContentError("file.obj.word", line=number, word=shown)
     return kept
 
 
-def _rows(lines: _Lines) -> np.ndarray:
-    rows = [rest.split(None, _MOST_NUMBERS) for word, rest in lines if word == b"v"]
+def _vertex_rows(lines: _Lines) -> np.ndarray:
+    rows = [rest.split(None, _MOST_VERTEX_NUMBERS) for word, rest in lines if word == b"v"]
     if not rows:
         return np.empty((0, 3))
     widths = {len(row) for row in rows}
-    if len(widths) > 1 or not 3 <= min(widths) <= _MOST_NUMBERS:
+    if len(widths) > 1 or not 3 <= min(widths) <= _MOST_VERTEX_NUMBERS:
         raise ContentError("file.obj.coordinates")
     numbers = np.array(rows, np.float64)
     if not np.isfinite(numbers[:, 3:]).all():
@@ -147,7 +159,7 @@ def _rows(lines: _Lines) -> np.ndarray:
 
 
 def _faces(lines: _Lines) -> Faces:
-    """Corner numbers count from 1, or backwards from the last vertex so far."""
+    """Triangles of all faces; indices count from 1, or backwards from the last vertex so far."""
     listed: list[list[int]] = []
     vertices, most = 0, sum(word == b"v" for word, _ in lines)
     for word, rest in lines:
@@ -159,29 +171,29 @@ def _faces(lines: _Lines) -> Faces:
             if not _FACE.fullmatch(rest):
                 shown = rest[:40].decode("ascii", "replace")
                 raise ContentError("file.obj.face", found=shown)
-            corners = [int(corner) for corner in _BEHIND_SLASH.sub(b"", rest).split()]
+            corners = [int(corner) for corner in _AFTER_SLASH.sub(b"", rest).split()]
             if 0 in corners:
                 raise ContentError("file.obj.vertex_0")
             listed.append([k - 1 if k > 0 else vertices + k for k in corners])
     return fans_of(listed)
 
 
-def _landmarks_apart(content: bytes) -> tuple[bytes, tuple[Landmark, ...]]:
-    """What lies before the landmarks of a file of ours, and these."""
-    begin = content.find(b"\no " + _MARK.encode())
+def _split_landmarks(content: bytes) -> tuple[bytes, tuple[Landmark, ...]]:
+    """The surface, and the landmarks that follow it in files of this program."""
+    begin = content.find(b"\no " + _LANDMARK_PREFIX.encode())
     if begin < 0 or stated_unit(content[:200]) is None:
         return content, ()
     marks = content[begin + 1 :]
-    if not re.fullmatch(rb"(?:" + _LANDMARK + rb")+", marks):
+    if not re.fullmatch(rb"(?:" + _LANDMARK_LINES + rb")+", marks):
         raise ContentError("file.obj.landmark")
     return content[: begin + 1], tuple(
         Landmark(name=name.decode("utf-8"), position_mm=np.array(place.split(), np.float64))
-        for name, place in re.findall(_LANDMARK, marks)
+        for name, place in re.findall(_LANDMARK_LINES, marks)
     )
 
 
 def _blocks(rows: np.ndarray) -> list[np.ndarray]:
-    return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
+    return [rows[start : start + _ROWS_PER_BLOCK] for start in range(0, len(rows), _ROWS_PER_BLOCK)]
 
 
 def _read_back(path: Path) -> tuple[np.ndarray, np.ndarray]:

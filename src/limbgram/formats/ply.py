@@ -1,11 +1,11 @@
 """PLY: the surface or the cloud, with colours, filled marks, sigmas and shared errors.
 
-The header lists elements, each with its properties; only vertices and faces are used. The numbers
-that it promises must be what follows, to the last byte: a reader that took what it found would lose
-faces of a damaged file without a word. Text and binary are read, with polygons of any size; written
-is the binary form, little-endian.
+The header lists elements, each with its properties; only vertices and faces are used. The data must
+match its counts to the last byte: a reader that took what it found would silently lose faces of a
+damaged file. Text and binary are read, with polygons of any size; the writer gives little-endian
+binary.
 
-Ours stays: trimesh 5.2 refuses a whole binary file of triangles and quads; of 300 damaged text
+Own code: trimesh 5.2 refuses a whole binary file of triangles and quads; of 300 damaged text
 files it reads 82 as another shape without a word, this reader 19; of binary ones 18 and 9
 (benchmarks/results/formats.json).
 """
@@ -44,15 +44,15 @@ _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _WRITTEN = {
     np.dtype(_TYPES[name]).newbyteorder("<").str: name for name in ("float", "uchar", "ushort")
 }
-"""Names of the types that are written."""
+"""PLY names of the types that are written."""
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-"""A face as it is written, a list of uchar and int."""
+"""A written face: a list of uchar and int."""
 _COLOUR = ("red", "green", "blue")
 _QUALITY = "quality"
-"""CloudCompare shows what begins with scalar_, MeshLab quality: sigma stands under both names.
-MeshLab's colour scale takes no NaN, so there -1 says that a vertex has no sigma."""
+"""CloudCompare shows properties that begin with scalar_, MeshLab shows quality: sigma has both
+names. MeshLab's colour scale takes no NaN, so there -1 stands for a vertex without sigma."""
 _KINDS = {"colour": "u1", "mark": "u1", "number": "<f4"}
-"""What the fields of vertices are written as."""
+"""Types in which vertex fields are written."""
 
 
 @dataclass
@@ -62,7 +62,7 @@ class _Element:
     columns: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     """Names and types of single values."""
     lists: list[tuple[str, str, str]] = field(default_factory=list[tuple[str, str, str]])
-    """Names, count types and value types; of those of faces only one is understood."""
+    """Names, count types and value types; faces may have only one."""
     behind: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     """Names and types of single values that follow a face's list."""
 
@@ -96,7 +96,7 @@ def read_ply(content: bytes, name: str) -> Soup:
 
 
 def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
-    """Write the mesh with all that is known of its vertices, and read it back."""
+    """Write the mesh with all its vertex fields, and read it back."""
     columns = dict(zip("xyz", mesh.vertices_mm.T.astype("<f4")))
     for name, one in VERTEX_FIELDS.items():
         values = getattr(mesh, name)
@@ -224,9 +224,9 @@ def _vertex_rows(header: _Header, body: bytes) -> Shaped[np.ndarray, " n"]:
 
 
 def _require_end(left: bytes, others: list[_Element]) -> None:
-    """Refuse a file with more or less behind its faces than its header says."""
+    """Refuse a file whose data after the faces do not match its header."""
     if any(element.lists for element in others):
-        return  # how long lists are stands in the lists themselves, which nobody uses
+        return  # the lists would have to be read to know their length
     sizes = (np.dtype([(name, kind) for name, kind in other.columns]).itemsize for other in others)
     wanted = sum(other.count * size for other, size in zip(others, sizes, strict=True))
     if len(left) < wanted or left[wanted:].strip():
@@ -237,16 +237,16 @@ def _require_end(left: bytes, others: list[_Element]) -> None:
 class _Polygons:
     corners: list[list[int]]
     end: int
-    """Of the last, in the bytes that they stand in."""
+    """Offset of the first byte after the last face."""
 
 
 def _polygons(
     rest: bytes, count: int, head: np.dtype, kind: np.dtype, skipped: int, vertices: int
 ) -> _Polygons:
-    """Faces of different numbers of corners: each shows where the next begins.
+    """Faces with different numbers of corners, read one by one.
 
     skipped: Bytes between a face's corners and the next face.
-    vertices: Of the file.
+    vertices: Number of vertices in the file.
     """
     corners: list[list[int]] = []
     place = 0
@@ -317,14 +317,14 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
 
 
 def _columns(one: VertexField, values: np.ndarray) -> dict[str, np.ndarray]:
-    """What is known of vertices as columns."""
+    """A vertex field as columns of the file."""
     parts = values.reshape(len(values), -1).astype(_KINDS[one.kind]).T
     names = [f"{one.columns[0]}{k}" for k in range(len(parts))] if one.counted else one.columns
     return dict(zip(names, parts, strict=True))
 
 
 def _field(one: VertexField, rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
-    """What the columns of one field say; None where the file has none."""
+    """A vertex field from its columns; None where the file has none."""
     columns = _columns_of(one, names)
     if not columns or (one.kind == "colour" and any(rows.dtype[k] != np.uint8 for k in columns)):
         return None
@@ -354,7 +354,7 @@ def _columns_of(one: VertexField, names: tuple[str, ...]) -> list[str]:
 
 
 def _correlation(head: bytes) -> float | None:
-    """What the comment of our own files says."""
+    """The correlation length in a comment written by this program."""
     for line in head.decode("latin-1").splitlines():
         match line.split():
             case ["comment", "sigma", "is", "alike", "over:", length]:
@@ -377,7 +377,7 @@ def _rows(columns: dict[str, np.ndarray]) -> Shaped[np.ndarray, " n"]:
 
 
 def face_rows(faces: Faces) -> Shaped[np.ndarray, " f"]:
-    """Triangles as a file has them, a list of uchar and int each."""
+    """Triangles as the records of a file."""
     rows = np.zeros(len(faces), _FACE)
     rows["count"] = 3
     rows["corners"] = faces
@@ -399,7 +399,7 @@ def _encoded_header(
 
 
 def _read_back(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
-    """Vertex records and face corners of a file that was written here."""
+    """Vertex records and face corners of a file that this program wrote."""
     try:
         return read_records(path.read_bytes())
     except ContentError as error:
@@ -407,10 +407,10 @@ def _read_back(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
 
 
 def read_records(content: bytes) -> tuple[Shaped[np.ndarray, " n"], Shaped[np.ndarray, "f 3"]]:
-    """Vertex records and face corners as they stand in a binary file of triangles and nothing else.
+    """Vertex records and face corners of a little-endian binary file with triangles only.
 
     Raises:
-        ContentError: the file holds more or less than it counts, or other faces.
+        ContentError: the data do not match the header's counts, or there are other faces.
     """
     head, _, body = content.partition(b"end_header\n")
     header = _header(head)

@@ -1,8 +1,8 @@
 """Printed size: the measured size of a sheet, and the files that keep it beside the sheet.
 
-Printers scale, mostly by less than one per cent, and everything that is measured would be as wrong.
-A file holds what was drawn and the readings on the rulers that are printed with it; it is written
-over nothing else, and a measured size is not forgotten by printing again.
+Printers scale, mostly by less than one per cent, and every measurement would be wrong by as much. A
+file holds what was drawn and the readings on the rulers that are printed with it; it never
+overwrites another kind of file, nor a measured size with none.
 """
 
 import json
@@ -16,9 +16,10 @@ from limbgram.core.typed import value_of
 from limbgram.findings import Finding, fault, note
 
 MOST_OFF = 0.05
-"""A print may be this share off; beyond, the rule was misread or another page was printed to."""
+"""Largest deviation of a print's size, as a fraction; beyond, the rule was misread or another page
+printed."""
 _UNEQUAL = 0.001
-"""Of a print's two directions against each other: as much as a scale may be wrong at all."""
+"""Largest difference between a print's two directions: the largest error that a scale may have."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +86,7 @@ R = TypeVar("R", bound=PrintedRecord)
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedFile(Generic[R]):
-    """A kind of such files."""
+    """A kind of file that keeps a printed size."""
 
     kind: Literal["board", "marks"]
     record: type[R]
@@ -145,7 +146,7 @@ class PrintedFile(Generic[R]):
             raise CaseError("file.print.measured_before", path=str(path))
 
     def impossible(self, path: Path, refusal: OptionsError) -> CaseError:
-        """What stands in the file can neither be printed nor measured."""
+        """The refusal of a file with values that no sheet can have."""
         return CaseError(
             "file.print.impossible", path=str(path), kind=self.kind, why=refusal.finding
         )
@@ -155,10 +156,10 @@ class PrintedFile(Generic[R]):
 
 
 _FORMATS = ("limbgram board", "limbgram marks", "limbgram camera")
-"""What the program writes, and tells apart."""
+"""Formats that a refusal names."""
 
 
 def _other_format(tree: object, wanted: str) -> str | None:
-    """Which of them a file is instead; None where it does not say so."""
+    """The other one of these formats that a file has; None if it has none of them."""
     said = cast(dict[object, object], tree).get("format") if isinstance(tree, dict) else None
     return said if isinstance(said, str) and said != wanted and said in _FORMATS else None

@@ -1,4 +1,4 @@
-"""Reading a limb: a mesh from any of the shop's formats, and its limb file.
+"""Reading a limb: a mesh from any known format, and its limb file.
 
 In      the path of a file of a format that has a reader in table.py.
 Out     a Limb in millimetres: one sound mesh, outward; landmarks, frame, side and sock from the
@@ -28,28 +28,28 @@ from limbgram.workbench.loose_pieces import without_scraps
 _LARGEST_BYTES = 1 << 30
 _MM_PER_STATED = {"mm": 1.0, "m": 1000.0}
 SUFFIXES = tuple(one.suffix for one in FORMATS if one.read is not None)
-"""Endings of the files that can be read, small letters."""
+"""Extensions of the files that can be read, lower case."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeFile:
-    """A limb, and the very bytes that it was read of."""
+    """A limb, with the hash and unit of the file that it was read from."""
 
     limb: Limb
     sha256: str
     mm_per_unit: float
     """Millimetres in one unit of the file."""
     declared: LimbFrame | None = None
-    """What the shape's own file says of side, front and proximal end, as an AOP does; not what its
-    limb file says."""
+    """Side, front and proximal end that the shape's own file states, as an AOP does; not those of
+    its limb file."""
     grid: Grid | None = None
-    """Where its radii stand, if it holds radii, as an AOP does."""
+    """Angles and heights of its radii, if it holds radii, as an AOP does."""
 
     __repr__ = brief
 
 
 def read_limb(path: Path | str, mm_per_unit: float | None = None) -> Limb:
-    """Read a shape and what is known of it.
+    """Read a shape and its limb file.
 
     Args:
         mm_per_unit: Millimetres in one unit of the file; None takes what the limb file or the
@@ -59,7 +59,7 @@ def read_limb(path: Path | str, mm_per_unit: float | None = None) -> Limb:
 
 
 def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
-    """Read a shape as `read_limb` does, and tell its file's hash and unit."""
+    """Read a shape as `read_limb` does, with its file's hash and unit."""
     path = Path(path)
     content = _content(path)
     sha256 = hash_of(content)
@@ -103,7 +103,7 @@ def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | Non
 
 
 def _require_one_side(declared: LimbFrame | None, record: LimbRecord | None, path: Path) -> None:
-    """Refuse a limb file that makes the other limb of a shape whose own file names its side."""
+    """Refuse a limb file that contradicts the side in the shape's own file."""
     if declared is None or record is None or record.frame is None:
         return
     sides = {declared.side, record.frame.side}
@@ -127,7 +127,7 @@ def _unused(path: Path, record: OfAnother) -> Finding:
 
 
 def read_mesh(path: Path, mm_per_unit: float) -> Mesh:
-    """The surface alone, whatever lies beside it."""
+    """The surface without its limb file."""
     return _measured(_soup(path, _content(path)), mm_per_unit, path.name).mesh
 
 
@@ -151,7 +151,7 @@ def _content(path: Path) -> bytes:
 
 
 def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: str) -> float | None:
-    """Millimetres in one unit of the file; None where nothing and nobody says it."""
+    """Millimetres in one unit of the file; None if neither file nor caller states it."""
     if asked is not None:
         if record is not None and abs(record.mm_per_unit / asked - 1) > 1e-9:
             raise ShapeFileError(

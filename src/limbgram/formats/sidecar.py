@@ -1,9 +1,9 @@
-"""The limb file: what is known of a shape beyond its triangles, as JSON beside the mesh's file.
+"""The limb file: landmarks, axes, side and origins of a shape, as JSON beside the mesh's file.
 
-`scan.ply` has `scan.limb.json`; where that is there and belongs to `scan.ply`, `scan.stl` has
-`scan.stl.limb.json`. It holds the hash of the mesh's file, so it is never taken for
-that of another shape. Places are in the mesh's frame, in millimetres. It names what the mesh was
-made from by hash and motion; files older than that entry do not, and older versions pass over it.
+The limb file of `scan.ply` is `scan.limb.json`; if that exists, the one of `scan.stl` is
+`scan.stl.limb.json`. It holds the hash of the mesh's file, so that it is never used for another
+shape. Positions are in the mesh's frame, in millimetres. Its origins, by hash and motion, are the
+files that the mesh was made from; files of earlier versions have none.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ _THICKEST_SOCK_MM = 100
 _LARGEST_PLACING_MM = 100
 _ROUNDING = 1e-6
 _AS_WRITTEN = Strictness(pass_over_unknown=True, below=1e9)
-"""Later versions may write more. No shape that is read reaches farther, in millimetres."""
+"""Unknown names are ignored: later versions may write more. `below` bounds coordinates, mm."""
 
 _Triple = tuple[float, float, float]
 
@@ -71,7 +71,7 @@ class _Owner:
 
 @dataclass(frozen=True, kw_only=True)
 class _Head:
-    """What is read of a limb file that may be another mesh's."""
+    """The part of a limb file that tells which mesh it belongs to."""
 
     format: Literal["limbgram limb"]
     version: Literal[1]
@@ -94,14 +94,14 @@ class _LimbFile(_Head):
 
 @dataclass(frozen=True)
 class OfAnother:
-    """The limb file beside a shape is that of another file of the same name."""
+    """The limb file beside a shape belongs to another file with the same stem."""
 
     mesh_name: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class LimbRecord:
-    """What a limb file says."""
+    """The content of a limb file."""
 
     mm_per_unit: float
     """Of the mesh's file."""
@@ -109,9 +109,9 @@ class LimbRecord:
     frame: LimbFrame | None
     sock_mm: float
     kind: KindName | None
-    """None also in files older than this entry."""
+    """None also in files of earlier versions."""
     made_from: tuple[Origin, ...]
-    """The nearest first; none in files older than this entry."""
+    """The latest origin first; none in files of earlier versions."""
     doubt: Finding | None = None
 
 
@@ -123,14 +123,14 @@ def limb_file_beside(mesh_path: Path) -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class LimbProgress:
-    """How far a limb is known, told without its mesh."""
+    """How far the work on a limb is, read without its mesh."""
 
     aligned: bool = False
     landmarks: int = 0
 
 
 def progress_of(limb_file: Path) -> LimbProgress:
-    """What a limb file says of how far a limb is known.
+    """How far the work on a limb is, by its limb file.
 
     Raises:
         ShapeFileError: it cannot be understood.
@@ -144,7 +144,7 @@ def progress_of(limb_file: Path) -> LimbProgress:
 
 
 def limb_file_for(mesh_path: Path) -> Path:
-    """Where the limb file of a mesh is written: never over that of a namesake that is still there.
+    """The path to write a mesh's limb file to: never over that of another mesh that exists.
 
     `scan.ply` and `scan.stl` may be one limb in two formats, or two limbs: each keeps its own.
     """
@@ -210,7 +210,7 @@ def _tree(motion: Rigid) -> dict[str, Any]:
 
 
 def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfAnother | None:
-    """What the limb file says; None if there is none.
+    """Read a limb file; None if there is none.
 
     Raises:
         ShapeFileError: it belongs to another mesh, or cannot be understood.

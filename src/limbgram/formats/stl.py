@@ -1,11 +1,10 @@
 """STL: loose triangles, binary or text.
 
-A binary file may begin with "solid": its length shows which it is. A text is taken whole or not
-at all: what is left between its triangles but the names of solids is damage, and a reader that
-passed over it would lose triangles without a word. Written is the binary form, whose header says
-the unit.
+A binary file may begin with "solid": its length tells it from a text. A text is read completely or
+refused: anything between its triangles but names of solids is damage, and a reader that ignored it
+would silently lose triangles. The writer gives the binary form, with the unit in the header.
 
-Ours stays: of 300 damaged binary files trimesh 5.2 reads 79 as another shape without a word, and
+Own code: of 300 damaged binary files trimesh 5.2 reads 79 as another shape without a word, and
 187 as no triangles at all; this reader 44, and none as empty. Of text files 63 and 16
 (benchmarks/results/formats.json).
 """
@@ -24,7 +23,7 @@ from limbgram.formats.triangle_soup import Soup, triangles_merged
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
-_HEADER = 84
+_HEADER_BYTES = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _NUMBER = rb"\s+([-+.\deE]{1,40})"
 _VERTEX = rb"\s+vertex" + 3 * _NUMBER
@@ -40,18 +39,20 @@ _SOLID = re.compile(rb"(end)?solid\b.*", re.IGNORECASE)
 
 
 def read_stl(content: bytes, name: str) -> Soup:
-    """The triangles, corners at one place merged; normals are left out, the winding holds."""
-    count = int.from_bytes(content[80:_HEADER], "little") if len(content) >= _HEADER else -1
-    if count >= 0 and len(content) == _HEADER + count * _RECORD.itemsize:
-        records = np.frombuffer(content, _RECORD, offset=_HEADER)
+    """The triangles, equal corners merged; normals are ignored, the winding counts."""
+    count = (
+        int.from_bytes(content[80:_HEADER_BYTES], "little") if len(content) >= _HEADER_BYTES else -1
+    )
+    if count >= 0 and len(content) == _HEADER_BYTES + count * _RECORD.itemsize:
+        records = np.frombuffer(content, _RECORD, offset=_HEADER_BYTES)
         corners = records["corners"].astype(np.float64)
         return Soup(mesh=triangles_merged(corners), stated_unit=stated_unit(content[:80]))
     if content[:512].lstrip()[:5].lower() == b"solid":
         return Soup(mesh=triangles_merged(_text(content, name)))
-    if len(content) < _HEADER or b"\0" not in content:
+    if len(content) < _HEADER_BYTES or b"\0" not in content:
         raise ShapeFileError("file.stl.other", name=name, bytes=len(content))
-    have = (len(content) - _HEADER) // _RECORD.itemsize
-    raise ShapeFileError("file.stl.cut", name=name, promised=max(count, 0), room=max(have, 0))
+    fitting = (len(content) - _HEADER_BYTES) // _RECORD.itemsize
+    raise ShapeFileError("file.stl.cut", name=name, promised=max(count, 0), room=max(fitting, 0))
 
 
 def write_stl(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
@@ -83,11 +84,11 @@ def _text(content: bytes, name: str) -> np.ndarray:
     found = _FACET.findall(content)
     rest = [line.strip() for line in _FACET.sub(b"\n", content).splitlines()]
     ended = rest and any(line.lower().startswith(b"endsolid") for line in rest[-5:])
-    strange = next((line for line in rest if line and not _SOLID.fullmatch(line)), None)
-    if not found or (strange is None and not ended):
+    unknown = next((line for line in rest if line and not _SOLID.fullmatch(line)), None)
+    if not found or (unknown is None and not ended):
         raise ShapeFileError("file.stl.endless", name=name, triangles=len(found))
-    if strange is not None:
-        shown = strange[:40].decode("ascii", "replace")
+    if unknown is not None:
+        shown = unknown[:40].decode("ascii", "replace")
         raise ShapeFileError("file.stl.strange", name=name, found=shown)
     try:
         return np.array(found).astype(np.float64).reshape(-1, 3, 3)

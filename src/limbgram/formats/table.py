@@ -1,10 +1,9 @@
 """The table of formats: which files hold a shape, who reads and writes them, and what they keep.
 
-All that depends on the format follows from here: what is read, as what a limb is kept, what
-`limbgram export --to` offers, which files of its surface a case delivers, and what the tests of
-round trips demand. The table is found, not kept: a file of this folder with a line `FORMAT =
-Format(...)` is in it. Files are told by that line before they are imported, because others of
-this folder import the table.
+All that depends on the format uses it: readers, the formats of limbs, `limbgram export --to`, the
+surfaces that a case delivers, and the tests of round trips. The table is collected: it has each
+file of this folder with a line `FORMAT = Format(...)`. Files are searched for that line before they
+are imported, because others of this folder import the table.
 """
 
 from collections.abc import Iterator
@@ -19,7 +18,7 @@ _LINE = "FORMAT = Format("
 
 
 def _found() -> Iterator[Format]:
-    """What the files of this folder and of its folders say of themselves."""
+    """The formats that files in this folder and below define."""
     for file in _HERE.rglob("*.py"):
         if any(line.startswith(_LINE) for line in file.read_text("utf-8").splitlines()):
             inside = ".".join(file.relative_to(_HERE).with_suffix("").parts)
@@ -31,5 +30,5 @@ FORMATS: Final[tuple[Format, ...]] = tuple(sorted(_found(), key=lambda one: one.
 
 
 def format_of(path: Path) -> Format | None:
-    """The format by the path's ending; None where it is none of the table."""
+    """The format with the path's extension; None where the table has none."""
     return next((one for one in FORMATS if one.suffix == path.suffix.lower()), None)

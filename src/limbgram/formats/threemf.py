@@ -1,12 +1,12 @@
 """3MF: triangles with their unit, in a zip archive (3MF core specification 1.4).
 
-Written are one object, how it lies on the printer's bed, and of the metadata title, description and
-application alone: no dates and no names, and the same bytes for the same mesh. Read are the meshes
-of all items of the build, through components and into other parts of the archive, as they lie on
-the bed, as one surface in millimetres. What an extension that is demanded may add to a surface is
-not known, so such a file is refused.
+The writer gives one object with its pose on the printer's bed, and as metadata title, description
+and application alone: no dates and no names, and the same bytes for the same mesh. The reader joins
+the meshes of all build items, through components and other parts of the archive, as they lie on the
+bed, to one surface in millimetres. A file that requires an unknown extension is refused, since that
+may add to the surface.
 
-Ours stays: lib3mf would be a library of 10 MB for 200 lines.
+Own code: lib3mf would be a library of 10 MB for 200 lines.
 """
 
 import zipfile
@@ -71,12 +71,12 @@ _BLOCK = 20_000
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
-    """What the file says of itself, beside its triangles."""
+    """Metadata of a 3MF file, and the pose of its object."""
 
     title: str = ""
     description: str = ""
     bed_from_mesh: Rigid = field(default_factory=Rigid.identity)
-    """How it is to lie on the printer's bed."""
+    """Pose of the object on the printer's bed."""
 
 
 PLAIN = Told()
@@ -164,10 +164,10 @@ _UNMOVED: Final = np.vstack([np.eye(3), np.zeros(3)])
 
 @dataclass(frozen=True)
 class _Use:
-    """An object where another one, or the build, has it."""
+    """An object's use in another object, or in the build."""
 
     part: str
-    """Of the archive; empty for the same."""
+    """Part of the archive that holds the object; empty for the same part."""
     number: str
     transform: Transform
 
@@ -182,7 +182,7 @@ class _Object:
 
 @dataclass
 class _Part:
-    """One model of the archive."""
+    """One model part of the archive."""
 
     mm_per_unit: float = 1.0
     objects: dict[str, _Object] = field(default_factory=dict[str, _Object])
@@ -198,7 +198,7 @@ class _Archive:
         self._start = self._first()
 
     def built(self) -> Mesh:
-        """What the build holds."""
+        """The surface of all build items."""
         start = self._part(self._start)
         if len(start.items) > _MOST_ITEMS:
             raise ContentError("file.3mf.items", items=len(start.items))
@@ -236,7 +236,7 @@ class _Archive:
         return Mesh(vertices_mm=vertices, faces=np.concatenate(faces).astype(np.int32))
 
     def _first(self) -> str:
-        """The model that the archive says it begins with."""
+        """The name of the archive's start part."""
         found: list[str] = []
 
         def start(tag: str, given: dict[str, str]) -> None:
@@ -268,7 +268,7 @@ class _Archive:
 
 
 def _after(inner: Transform, outer: Transform) -> Transform:
-    """What takes a row through both, the inner one first."""
+    """The composition of two transforms, the inner one first."""
     return np.vstack([inner[:3] @ outer[:3], inner[3] @ outer[:3] + outer[3]])
 
 
@@ -314,7 +314,7 @@ def _use(given: dict[str, str]) -> _Use:
 
 
 def _parsed(content: bytes, start: Callable[[str, dict[str, str]], None]) -> None:
-    """Walk through a document; what it demands beyond the core has to be harmless."""
+    """Parse a document; required extensions must be known to leave triangles as they are."""
     parser = expat.ParserCreate(namespace_separator=" ")
     spaces: dict[str, str] = {}
 

@@ -1,10 +1,10 @@
-"""Triangle soup: what a file gives before anything is known to be right about it.
+"""Triangle soup: turns the unchecked triangles of a file into a sound mesh.
 
 In      triangles or polygons as a reader found them.
-Out     a Mesh to trust: finite, faces that point at vertices, one winding, outward, edge-manifold.
-Method  no triangle moves: where sheets meet at an edge, vertices are doubled.
-Fails   ShapeFileError: no surface, numbers that are none, faces without their vertices, or
-        triangles that lie side by side without sharing corners.
+Out     a Mesh: finite, valid indices, consistent winding, normals outward, edge-manifold.
+Method  no triangle moves: where sheets meet at an edge, vertices are duplicated.
+Fails   ShapeFileError: no surface, coordinates that are no numbers, invalid indices, or triangles
+        that lie side by side without shared corners.
 """
 
 from dataclasses import dataclass, replace
@@ -35,37 +35,37 @@ from limbgram.workbench.limb import Landmark, LimbFrame
 
 _MOST_FACES = 20_000_000
 _LOOSE_SHARE = 0.5
-"""Of all sides of triangles, that are open: at half, most triangles have lost their neighbours."""
+"""Largest share of open triangle sides: at half, most triangles have lost their neighbours."""
 _FEW_TRIANGLES = 100
-"""A surface of so few may be all brim."""
+"""A surface of fewer triangles may consist of brim alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Soup:
-    """Triangles as they stand in a file."""
+    """The unchecked triangles of a file, with what else it holds."""
 
     mesh: Mesh
-    """In the file's own unit, nothing checked yet."""
+    """In the file's unit, unchecked."""
     stated_unit: str | None = None
-    """What the file says of its unit: "mm", "m", "unitless", or nothing."""
+    """The unit that the file states: "mm", "m", "unitless"; None without one."""
     landmarks: tuple[Landmark, ...] = ()
     frame: LimbFrame | None = None
     grid: Grid | None = None
-    """Where the radii stand, if the file holds radii."""
+    """Angles and heights of the radii, if the file holds radii."""
     notes: tuple[Finding, ...] = ()
-    """What was odd about the file and how it was taken."""
+    """Peculiarities of the file, and how they were interpreted."""
 
 
 @dataclass(frozen=True)
 class Sound:
-    """A mesh to trust, and what had to be done for it."""
+    """A sound mesh, and notes of the repairs."""
 
     mesh: Mesh
     notes: tuple[Finding, ...]
 
 
 def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
-    """A mesh of loose triangles; corners at exactly one place become one vertex."""
+    """A mesh of loose triangles; corners with equal coordinates become one vertex."""
     places = corners.reshape(-1, 3) + 0.0  # takes the sign off zero
     order = np.lexsort(places.T)
     apart = np.ones(len(places), np.bool_)
@@ -91,16 +91,16 @@ def fans_of(polygons: list[list[int]]) -> Faces:
 
 
 def of_polygons(faces: Faces, polygons: int) -> tuple[Finding, ...]:
-    """A note of faces of four corners and more, which were split: a bent one might be otherwise.
+    """A note that polygons were split into triangles, which is ambiguous if they are not flat.
 
-    polygons: Faces of the file.
+    polygons: Number of faces in the file.
     """
     more = len(faces) - polygons
     return (note("file.polygons_split", triangles=len(faces), polygons=polygons),) if more else ()
 
 
 def require_corners(count: int, vertices: int) -> None:
-    """Refuse a polygon that cannot be one before room is made for it: it names no vertex twice.
+    """Refuse a polygon with more corners than vertices, before memory is taken for it.
 
     Raises:
         ContentError: it has more corners than its file has vertices.
@@ -110,7 +110,7 @@ def require_corners(count: int, vertices: int) -> None:
 
 
 def sound_mesh(mesh: Mesh, name: str) -> Sound:
-    """The same surface as a mesh that later stages can trust.
+    """The same surface as a sound mesh.
 
     Raises:
         ShapeFileError: no surface, numbers that are none, faces without their vertices, or
@@ -161,10 +161,9 @@ def _check(mesh: Mesh, name: str) -> None:
 
 
 def _require_joined(faces: Faces, name: str) -> None:
-    """Refuse triangles that only lie beside each other: no section of them is whole.
+    """Refuse triangles that do not share corners: their sections would be in pieces.
 
-    Some programs round the corners of each triangle by itself, and the same place of two
-    neighbours becomes two places.
+    Some programs round the corners of each triangle separately, so that those of neighbours differ.
     """
     loose = len(boundary_half_edges(faces))
     if len(faces) > _FEW_TRIANGLES and loose > _LOOSE_SHARE * faces.size:
@@ -177,10 +176,10 @@ def _require_joined(faces: Faces, name: str) -> None:
 
 
 def _wound_alike(faces: Faces) -> Faces:
-    """Turn the fewest faces so that neighbours agree on what is outside.
+    """Flip the fewest faces so that neighbours have a consistent winding.
 
-    Each face stands in the graph twice, as it is and turned; a component of the graph is one
-    way to wind a part of the surface.
+    Each face is two nodes of a graph, as it is and flipped; a component of the graph is one of the
+    two windings of a part of the surface.
     """
     pairs = _neighbours(faces)
     if not pairs.contrary.any():
@@ -203,7 +202,7 @@ def _wound_alike(faces: Faces) -> Faces:
 class _Neighbours:
     faces: Int64[np.ndarray, "p 2"]
     contrary: Bool[np.ndarray, " p"]
-    """Both run along their edge in one direction: one of them is wound wrongly."""
+    """Whether both use their edge in the same direction: one of them is to be flipped."""
 
 
 def _neighbours(faces: Faces) -> _Neighbours:

@@ -1,12 +1,14 @@
-"""Undistorted photos with a COLMAP model of pinhole cameras, for programs that know no other lens.
+"""Undistorted photos with a COLMAP model of pinhole cameras, for programs without lens distortion.
 
 In      the photos, the metric scene made of them.
-Out     a folder: images/ with every placed photo as its camera without distortion and skew would
-        have taken it, sparse/ with the model, its image points moved alike, and transforms.json.
-Method  focal lengths, principal point and size stay; what the photo does not show is black.
+Out     a folder: images/ with every placed photo without distortion and skew, sparse/ with the
+        model, its image points undistorted too, and transforms.json.
+Method  focal lengths, principal point and size stay; pixels that the photo does not show are black.
 """
 
+from collections import Counter
 from dataclasses import replace
+from itertools import count
 from pathlib import Path, PurePath
 
 import cv2
@@ -27,8 +29,8 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _ROWS = 256
-"""Of a photo at once: what the lens does to each pixel takes many times its memory."""
-_QUALITY = 95
+"""Rows of a photo at a time: the map of source pixels takes many times a photo's memory."""
+_JPEG_QUALITY = 95
 
 
 def write_undistorted(
@@ -37,61 +39,67 @@ def write_undistorted(
     """Write photos and model into a new folder.
 
     Raises:
-        ExportError: something lies there already, or there is no scale and nobody asked for that.
+        ExportError: something lies there already, or there is no scale and `unscaled` is not set.
     """
     path = target(path, metric.scale.unit, unscaled=unscaled)
     if path.exists():
         raise ExportError("export.folder_taken", path=str(path))
-    straight = _straight(metric.scene)
+    undistorted = _undistorted_scene(metric.scene)
     with written_whole(path) as beside:
         (beside / "images").mkdir(parents=True)
         for photo_idx in track(metric.scene.placed):
             picture = load_colour(photos.photos[photo_idx])
-            seen = _undistorted(picture, metric.scene.camera(photo_idx))
-            place = beside / "images" / straight.names[photo_idx]
-            Image.fromarray(seen).save(place, "JPEG", quality=_QUALITY, subsampling=0)
+            pixels = _undistorted(picture, metric.scene.camera(photo_idx))
+            file = beside / "images" / undistorted.names[photo_idx]
+            Image.fromarray(pixels).save(file, "JPEG", quality=_JPEG_QUALITY, subsampling=0)
         colours = point_colours(photos, metric.scene)
-        model = replace(metric, scene=straight)
+        model = replace(metric, scene=undistorted)
         write_colmap(model, beside / "sparse", colours=colours, unscaled=unscaled)
         write_transforms(model, beside / "transforms.json", "images", unscaled=unscaled)
     return path
 
 
-def _straight(scene: Scene) -> Scene:
-    """The scene as cameras without distortion would have it; a camera for each photo."""
-    seen = scene.observations
-    xy = seen.xy_px.copy()
+def _undistorted_scene(scene: Scene) -> Scene:
+    """The scene as pinhole cameras would have observed it; a camera for each photo."""
+    observations = scene.observations
+    xy_px = observations.xy_px.copy()
     for photo_idx in scene.placed:
-        rows, camera = seen.photo_idx == photo_idx, scene.camera(photo_idx)
-        ideal = camera.normalize(xy[rows])
-        xy[rows] = ideal * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+        rows, camera = observations.photo_idx == photo_idx, scene.camera(photo_idx)
+        normalised = camera.normalize(xy_px[rows])
+        xy_px[rows] = normalised * (camera.fx, camera.fy) + (camera.cx, camera.cy)
     return replace(
         scene,
         names=_jpeg_names(scene.names),
         cameras=tuple(scene.camera(idx).pinhole for idx in range(len(scene.names))),
         camera_idx=tuple(range(len(scene.names))),
-        observations=replace(seen, xy_px=xy),
+        observations=replace(observations, xy_px=xy_px),
         own=None,
     )
 
 
 def _jpeg_names(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of the files that are written; two photos of one stem get their numbers."""
+    """A name for each photo's JPEG: its stem, with a number where photos share their stem."""
     stems = [PurePath(name).stem for name in names]
-    return tuple(
-        f"{stem}.jpg" if stems.count(stem) == 1 else f"{stem}-{number}.jpg"
-        for number, stem in enumerate(stems, 1)
-    )
+    uses = Counter(stem.casefold() for stem in stems)
+    taken = {stem for stem, count in uses.items() if count == 1}
+    found: list[str] = []
+    for idx, stem in enumerate(stems, 1):
+        if uses[stem.casefold()] > 1:
+            numbered = (f"{stem}-{number}" for number in count(idx))
+            stem = next(name for name in numbered if name.casefold() not in taken)
+            taken.add(stem.casefold())
+        found.append(f"{stem}.jpg")
+    return tuple(found)
 
 
 def _undistorted(picture: np.ndarray, camera: Camera) -> np.ndarray:
-    seen = np.zeros_like(picture)
+    pixels = np.zeros_like(picture)
     x = (np.arange(camera.width_px) - camera.cx) / camera.fx
     for start in range(0, camera.height_px, _ROWS):
         rows = np.arange(start, min(start + _ROWS, camera.height_px))
         across, down = np.meshgrid(x, (rows - camera.cy) / camera.fy)
         rays = np.stack([across.ravel(), down.ravel(), np.ones(across.size)], axis=1)
-        xy = np.nan_to_num(camera.project(rays), nan=-1e4).astype(np.float32)
-        x_map, y_map = xy.T.reshape(2, *across.shape)
-        seen[rows] = cv2.remap(picture, x_map.copy(), y_map.copy(), cv2.INTER_CUBIC)
-    return seen
+        xy_px = np.nan_to_num(camera.project(rays), nan=-1e4).astype(np.float32)
+        x_map, y_map = xy_px.T.reshape(2, *across.shape)
+        pixels[rows] = cv2.remap(picture, x_map.copy(), y_map.copy(), cv2.INTER_CUBIC)
+    return pixels

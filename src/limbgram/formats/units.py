@@ -3,14 +3,17 @@
 import math
 import re
 
+import numpy as np
+
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.units import MM_PER_INCH
 
 _MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": MM_PER_INCH, "in": MM_PER_INCH}
-LIKELY_MM = (60.0, 1500.0)
-"""Extents that pass unasked: from a child's forearm to a whole leg or a torso."""
+_LIKELY_MM = (60.0, 1500.0)
+"""Extents of limbs, from a child's forearm to a whole leg or a torso: accepted in any unit."""
 _POSSIBLE_MM = (5.0, 5000.0)
+"""Extents that are accepted if somebody stated the unit."""
 
 
 def mm_per_unit_of(text: str) -> float:
@@ -27,31 +30,37 @@ def mm_per_unit_of(text: str) -> float:
 
 
 def stated_unit(header: bytes) -> str | None:
-    """What a header of ours says of the unit."""
+    """The unit that a header written by this program states."""
     found = re.search(rb"limbgram.*unit: (\w+)", header)
     return found[1].decode("ascii") if found else None
 
 
 def check_size(mesh: Mesh, name: str, *, asked: bool) -> None:
-    """Refuse a limb of a size that limbs do not have.
+    """Refuse a mesh of a size that no limb has.
 
-    asked: Somebody said what the unit is, so only the impossible is refused.
+    asked: Somebody stated the unit, so that only impossible sizes are refused.
 
     Raises:
         ShapeFileError: too small or too large, with the units in which it would be right.
     """
-    extent_mm = float((mesh.vertices_mm.max(0) - mesh.vertices_mm.min(0)).max())
-    low, high = _POSSIBLE_MM if asked else LIKELY_MM
-    if low <= extent_mm <= high:
+    extent_mm = extent_of(mesh)
+    least_mm, most_mm = _POSSIBLE_MM
+    if least_mm <= extent_mm <= most_mm if asked else is_likely(extent_mm):
         return
     if asked:
         raise ShapeFileError("file.size_in_unit", name=name, extent_mm=extent_mm)
-    fitting = [unit for unit in ("cm", "inch", "m") if _fits(extent_mm * _MM_PER[unit])]
-    unit, other = (*fitting, None, None)[:2]  # three never fit: from cm to m is 1 to 100
+    fitting = [unit for unit in ("cm", "inch", "m") if is_likely(extent_mm * _MM_PER[unit])]
+    unit, other = (*fitting, None, None)[:2]  # never three: a metre is 100 cm
     raise ShapeFileError(
         "file.size", name=name, extent_mm=extent_mm, fitting_unit=unit, other_unit=other
     )
 
 
-def _fits(extent_mm: float) -> bool:
-    return LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]
+def extent_of(mesh: Mesh) -> float:
+    """Longest side of a mesh's bounding box, mm."""
+    return float(np.ptp(mesh.vertices_mm, axis=0).max())
+
+
+def is_likely(extent_mm: float) -> bool:
+    """Whether a limb may have this extent."""
+    return _LIKELY_MM[0] <= extent_mm <= _LIKELY_MM[1]

@@ -1,4 +1,4 @@
-"""Writing a mesh or poses: where they go by their unit, and that what was read back is the same."""
+"""Writing meshes and poses: the path by their unit, and the comparison of what is read back."""
 
 import json
 from collections.abc import Mapping
@@ -18,10 +18,10 @@ Unit = Literal["mm", "unitless"]
 
 
 def target(path: Path | str, unit: Unit, *, unscaled: bool) -> Path:
-    """The path to write to: as given for millimetres, marked in its name where there is no unit.
+    """The path to write to: as given for millimetres, with a mark in its name without a unit.
 
     Raises:
-        ExportError: the scene has no scale, and nobody asked for a file without one.
+        ExportError: there is no unit, and `unscaled` is not set.
     """
     path = Path(path)
     if unit == "mm":
@@ -32,7 +32,7 @@ def target(path: Path | str, unit: Unit, *, unscaled: bool) -> Path:
 
 
 def write_poses_tree(tree: Mapping[str, Any], path: Path) -> Path:
-    """Write cameras and poses as JSON, and read them back: each number is the very same."""
+    """Write cameras and poses as JSON, and read them back without any difference."""
 
     def encode(stream: BinaryIO) -> None:
         stream.write(json.dumps(tree, indent=1).encode())
@@ -46,7 +46,7 @@ def write_poses_tree(tree: Mapping[str, Any], path: Path) -> Path:
 def require_same_triangles(
     name: str, read: Float64[np.ndarray, "f 3 3"], mesh: Mesh, tolerance: float
 ) -> None:
-    """The triangles read back are the mesh's, in order, within the format's precision."""
+    """Refuse triangles that differ from the mesh's, in order, by more than the tolerance."""
     wanted = (len(mesh.faces), 3, 3)
     require(read.shape == wanted, other_count(name, "triangles", len(read), len(mesh.faces)))
     expected = [mesh.vertices_mm[mesh.faces[:, k]] for k in range(3)]
@@ -64,7 +64,7 @@ def require_same_triangles(
 
 
 def single_precision(mesh: Mesh) -> float:
-    """Largest rounding of the mesh's coordinates in 32 bits."""
+    """Largest rounding error of the mesh's coordinates in 32-bit floats."""
     return float(np.spacing(np.float32(np.abs(mesh.vertices_mm).max(initial=1.0))))
 
 
@@ -75,6 +75,6 @@ def _normals(triangles: Float64[np.ndarray, "f 3 3"]) -> Float64[np.ndarray, "f 
 
 
 def _volume(places: Points3, normals: Float64[np.ndarray, "f 3"]) -> float:
-    """From a place on each triangle and its normal, twice its area long."""
+    """Volume, from a point on each triangle and its normal of twice its area."""
     around = places - places.mean(0) if len(places) else places
     return float(np.einsum("ij,ij->", around, normals)) / 6

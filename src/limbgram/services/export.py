@@ -24,7 +24,7 @@ from limbgram.findings import Finding, doubt, note
 from limbgram.findings.tell import Language
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
-from limbgram.formats.aop.writing import AopOptions, LineEnd, Own, write_aop
+from limbgram.formats.aop.writing import AopOptions, LineEnd, SourceGrid, write_aop
 from limbgram.formats.curves import Curves, curves_of
 from limbgram.formats.dxf import write_drawing
 from limbgram.formats.dxf_r12 import write_polyface_dxf, write_triangles
@@ -97,14 +97,14 @@ class Aop:
     even_slices: bool = False
     """Write the spacing of the slices, not the height of each."""
 
-    def options(self, own: Own | None) -> AopOptions:
+    def options(self, source_grid: SourceGrid | None) -> AopOptions:
         """The options of the writer; an AOP keeps its own grid if nothing else is asked for."""
         asked = {name: getattr(self, name) for name in _OF_MAP}
         given = {name: value for name, value in asked.items() if value is not None}
         usual = AopOptions()
         return AopOptions(
             map=replace(usual.map, **given),
-            own=None if given or self.axis else own,
+            source_grid=None if given or self.axis else source_grid,
             axis=self.axis or usual.axis,
             profile=self.profile,
             line_end=self.line_end,
@@ -295,8 +295,8 @@ def export(
     """
     match ask:
         case Aop():
-            own = _own_grid(read)
-            exported = _aop(admit(read.limb, side), path, ask.options(own))
+            source_grid = _source_grid(read)
+            exported = _aop(admit(read.limb, side), path, ask.options(source_grid))
         case Gcode():
             machine = ask.set_up()
             _require_apart(ask, path)
@@ -329,7 +329,7 @@ def _with_picture(exported: Exported, picture: Path) -> Exported:
     )
 
 
-def _own_grid(read: ShapeFile) -> Own | None:
+def _source_grid(read: ShapeFile) -> SourceGrid | None:
     """Spokes, slices and axis of an AOP, as long as its axes are the limb's still."""
     now, declared = read.limb.known_limb_from_mesh, read.declared
     if read.grid is None or now is None or declared is None:
@@ -338,7 +338,7 @@ def _own_grid(read: ShapeFile) -> Own | None:
     same = np.array_equal(own.rotation, now.rotation) and np.array_equal(
         own.translation, now.translation
     )
-    return Own(grid=read.grid, limb_from_file=own) if same else None
+    return SourceGrid(grid=read.grid, limb_from_file=own) if same else None
 
 
 def _aop(limb: AlignedLimb, path: Path, options: AopOptions) -> Exported:
@@ -369,7 +369,7 @@ def _aop_findings(report: AopReport, path: Path, options: AopOptions) -> tuple[F
             height_mm=report.height_mm,
             profile=options.profile,
         ),
-        *((note("exported.aop.own_grid"),) if options.own is not None else ()),
+        *((note("exported.aop.own_grid"),) if options.source_grid is not None else ()),
         *_fitted_axis(report),
         *_format_costs(report),
         *left_out_findings(report.bodies_left_out, report.loose, frame="limb"),
@@ -388,7 +388,7 @@ def _aop_figures(report: AopReport, options: AopOptions) -> dict[str, Any]:
     return {
         "side": report.held.frame.side,
         "profile": options.profile,
-        "own_grid": options.own is not None,
+        "own_grid": options.source_grid is not None,
         "spokes": report.spokes,
         "slices": report.slices,
         "height_mm": report.height_mm,

@@ -130,6 +130,38 @@ def test_a_request_that_is_too_large_is_not_read(client: TestClient) -> None:
     assert client.get(f"{API}/cases").json()["cases"] == []
 
 
+def test_only_a_file_that_is_sent_may_be_large(client: TestClient) -> None:
+    file = f"{API}/cases/ABC-234/photos/a.jpg"
+    assert client.post(file, content=bytes(9_000_000)).status_code == 413
+    assert client.put(file, content=bytes(9_000_000)).status_code == 404
+
+
+@pytest.mark.parametrize("path", ["/a%00.js", f"/{'a' * 300}.js"], ids=["NUL", "too long"])
+def test_a_name_that_no_file_can_have_is_no_file(client: TestClient, path: str) -> None:
+    assert client.get(path).status_code == 404
+
+
+def test_signing_in_while_sessions_are_looked_through_harms_neither(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = Access(frozenset())
+    first = made.begin("first")
+    last = made.begin("last")
+    same = access._same
+
+    def same_while_others_sign_in(one: str, other: str) -> bool:
+        made.begin("another")
+        made.new_link_token()
+        return same(one, other)
+
+    token = [made.new_link_token() for _ in range(2)][1]
+    monkeypatch.setattr(access, "_same", same_while_others_sign_in)
+    assert made.is_open(last)
+    assert made.open_session(token)
+    made.close_session(first)
+    assert not made.is_open(first)
+
+
 @pytest.mark.parametrize(("piece", "whole"), [(1, False), (2000, True)])
 def test_a_request_that_comes_drop_by_drop_is_given_up(
     monkeypatch: pytest.MonkeyPatch, piece: int, whole: bool

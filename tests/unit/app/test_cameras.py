@@ -2,15 +2,20 @@
 
 import errno
 import time
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
 from limbgram.app.state import AppState
 from limbgram.cases import cameras
 from limbgram.core.errors import ExportError
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
+from limbgram.formats.camera import write_camera
+from limbgram.reconstruction.calibration.cameras import Calibration
 
 API = "/api/v1"
 FULL = OSError(errno.ENOSPC, "No space left on device")
@@ -71,3 +76,19 @@ def test_a_calibration_whose_end_cannot_be_written_either_is_not_awaited_for_eve
     told = calibrated(client, camera)
     assert told["state"] == "empty"
     assert "again" in told["message"]
+
+
+def test_the_certificate_of_a_lens_goes_with_it_and_stays_where_a_file_is_refused(
+    client: TestClient, camera: str, app_state: AppState, tmp_path: Path
+) -> None:
+    certificate = app_state.shelf.cameras / camera.rpartition("/")[2] / "certificate.png"
+    certificate.write_bytes(b"of the lens before")
+    assert client.put(f"{camera}/file", content=b"no camera file").status_code == 409
+    assert client.get(f"{camera}/certificate").content == b"of the lens before"
+    lens = Camera(width_px=640, height_px=480, fx=900.0, fy=900.0, cx=319.5, cy=239.5)
+    covariance = np.zeros((LENS_SIZE, LENS_SIZE))
+    found = Calibration(camera=lens, covariance=covariance, source="board")
+    write_camera(tmp_path / "camera.json", found)
+    told = client.put(f"{camera}/file", content=(tmp_path / "camera.json").read_bytes()).json()
+    assert (told["state"], told["certificate"]) == ("ready", None)
+    assert client.get(f"{camera}/certificate").status_code == 404

@@ -77,7 +77,7 @@ def a_reading(workspace: Workspace) -> None:
 
 
 def a_file_for_machines(workspace: Workspace) -> None:
-    workspace.made(workspace.files)
+    workspace.make_folder(workspace.files)
 
 
 def a_photo(workspace: Workspace) -> None:
@@ -202,3 +202,11 @@ def test_the_thumbnail_is_the_first_view_alone_without_a_ground(
         assert small.size == (37, 112)
         drawn = np.asarray(small.convert("RGBA")).astype(int)
     assert np.abs(drawn[1:-1, 1:-1] - (200, 30, 30, 255)).max() <= 2
+
+
+@pytest.mark.parametrize("note", ["a\nb", "a\u202eb"], ids=["two lines", "turned round"])
+def test_a_case_whose_note_is_refused_leaves_nothing_behind(
+    client: TestClient, app_state: AppState, note: str
+) -> None:
+    assert client.post(f"{API}/cases", json={"note": note}).status_code == 422
+    assert app_state.shelf.cases() == ()

@@ -276,3 +276,19 @@ def test_undo_and_redo_are_told_to_other_windows(
         assert client.post(f"{case}/recipe/{way}").status_code == 200
         assert app_state.news.of(case_id)["work"] == before + 1
     assert len(Workspace(app_state.shelf.case(case_id)).history().recipes) == 2
+
+
+def test_an_answer_that_is_a_file_is_given_whatever_id_was_sent(
+    client: TestClient, case: str
+) -> None:
+    """It changes nothing, so it is not kept."""
+    asked = [
+        (f"{case}/recipe/preview", smoothing(2)),
+        (f"{case}/measures.xlsx", {"every_mm": 50}),
+        (f"{case}/compare/differences", {}),
+    ]
+    for number, (path, body) in enumerate(asked):
+        answers = [client.post(path, json=body, headers=act(number)) for _ in range(2)]
+        assert [one.status_code for one in answers] == [200, 200], path
+        assert answers[0].content
+        assert "act-replayed" not in answers[1].headers

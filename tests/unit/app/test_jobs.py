@@ -23,7 +23,6 @@ from limbgram.cases.job_queue import (
     JobFile,
     Runner,
     RunningJob,
-    job_file,
     mark_interrupted,
     read_job_file,
 )
@@ -360,10 +359,10 @@ def test_what_was_wanted_when_the_program_ended_goes_on_by_itself(
     ]
     told: list[str] = []
     opened = Runner(app_state.runner.pace_file, told.append, command=app_state.runner.command)
-    opened.take_up(reversed(folders))
+    opened.resume_all(reversed(folders))
     working = [opened.running(one) for one in folders]
     assert [one and one.file.state for one in working] == ["running", "queued", "queued", None]
-    assert [opened.before(one) for one in folders] == [0, 1, 2, 0]
+    assert [opened.jobs_ahead(one) for one in folders] == [0, 1, 2, 0]
     opened.close()
 
 
@@ -377,7 +376,7 @@ def test_what_was_killed_twice_in_one_stage_is_not_begun_for_ever(
     def killed(*, before: bool) -> JobFile:
         kept = read_job_file(folder)
         assert kept is not None
-        write_json(job_file(folder), tree_of(replace(kept, state="running", killed=before)))
+        write_json(folder.job_file, tree_of(replace(kept, state="running", killed=before)))
         found = mark_interrupted(folder)
         assert found is not None
         return found
@@ -388,9 +387,9 @@ def test_what_was_killed_twice_in_one_stage_is_not_begun_for_ever(
     assert (twice.state, twice.wanted) == ("interrupted", False)
     assert twice.why == fault("job.killed_twice")
     opened = Runner(app_state.runner.pace_file, lambda _: None, command=app_state.runner.command)
-    opened.take_up([folder])
+    opened.resume_all([folder])
     assert opened.running(folder) is None
-    job = opened.again(folder)  # somebody wants it all the same
+    job = opened.restart(folder)  # somebody wants it all the same
     given_up = time.monotonic() + 60
     while not any(one.name == "detect" and one.state == "running" for one in job.file.stages):
         assert time.monotonic() < given_up
@@ -430,3 +429,13 @@ def test_nothing_to_do_is_refused(client: TestClient) -> None:
     for act in ("pause", "resume", "cancel"):
         assert client.post(f"{case}/job/{act}").status_code == 409
     assert client.post(f"{case}/job", json={}).status_code == 409
+
+
+@pytest.mark.parametrize("content", ["[1", '{"s_per_megapixel": [1]}', '{"s_per_megapixel": 3}'])
+def test_a_spoiled_record_of_earlier_runs_does_not_keep_a_job_from_starting(
+    client: TestClient, app_state: AppState, case: str, content: str
+) -> None:
+    app_state.runner.pace_file.write_text(content, "utf-8")
+    job = started(client, app_state, case, SLOW)
+    assert not job["left"]["known"]
+    client.post(f"{case}/job/cancel")

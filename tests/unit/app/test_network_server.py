@@ -34,7 +34,7 @@ from limbgram.app.phone_port import PhonePorts
 from limbgram.app.server_socket import ImpatientProtocol
 from limbgram.app.state import AppState
 from limbgram.app.tls_certificates import given_certificate, own_certificate
-from limbgram.app.users import Users, made_private
+from limbgram.app.users import Users, make_private
 from limbgram.cases.shelf import Shelf
 from limbgram.cli.main import app
 from limbgram.core.errors import CaseError, OptionsError
@@ -418,7 +418,7 @@ def test_an_act_is_not_confirmed_where_the_key_of_the_log_is_gone(
     assert "key" in answer.json()["message"]
     assert str(state) not in answer.json()["message"]
     assert journal.file.read_bytes() == lines
-    made_private(journal.anchors)
+    make_private(journal.anchors)
     journal.anchor_file.write_bytes(kept)
     assert client.post(f"{API}/cases", json={}).status_code == 201
     assert all(one.whole and one.proved for one in journal.lines())

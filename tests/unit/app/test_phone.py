@@ -1,7 +1,10 @@
 """The door for a phone: photos of one case go in, and nothing else passes."""
 
 import io
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import httpx
 import pytest
@@ -9,6 +12,7 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app import phone
+from limbgram.app.phone_port import PhonePort
 from limbgram.app.state import AppState
 
 API = "/api/v1"
@@ -85,3 +89,25 @@ def test_the_door_closes(client: TestClient, app_state: AppState, case: str) -> 
     client.delete(f"{API}/cases/{case}/phone")
     assert not client.get(f"{API}/cases/{case}/phone").json()["open"]
     assert app_state.phone_ports.access_at(opened["url"].split("/")[2]) is None
+
+
+def test_a_door_that_is_opened_twice_at_once_is_one(app_state: AppState) -> None:
+    """Of two, one could not be closed any more."""
+    app_state.shelf.open()
+    case = app_state.shelf.new_case(None, None)
+    both = threading.Barrier(2)
+
+    def address() -> str:
+        with suppress(threading.BrokenBarrierError):
+            both.wait(0.5)
+        return "127.0.0.1"
+
+    async def nothing(*_: object) -> None: ...
+
+    def opened(_: int) -> PhonePort:
+        return app_state.phone_ports.open(case, nothing, address, lambda: True)
+
+    with ThreadPoolExecutor(2) as pool:
+        ports = list(pool.map(opened, range(2)))
+    app_state.phone_ports.close(case)
+    assert ports[0] is ports[1]

@@ -7,7 +7,6 @@ import pytest
 from fastapi.testclient import TestClient
 
 from limbgram.app.state import AppState
-from limbgram.cases.job_queue import job_file
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError
@@ -85,7 +84,7 @@ def test_all_that_cannot_be_read_is_told_and_set_aside(
     (case.work / "surface.ply").write_bytes(b"ply")
     assert workspace.limb_file is not None
     files = [
-        *(case.label_file, case.folder.record, job_file(case.folder)),
+        *(case.label_file, case.folder.record, case.folder.job_file),
         *(workspace.tape_file, workspace.recipe_file, workspace.limb_file),
     ]
     for file in files:

@@ -132,6 +132,15 @@ def test_the_surface_comes_as_it_is_and_once(client: TestClient, case: str, limb
     assert (again.status_code, again.content) == (304, b"")
 
 
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
+def test_a_place_that_is_no_number_is_refused(client: TestClient, case: str, number: str) -> None:
+    body = f'{{"position_mm": [0, {number}, 0]}}'.encode()
+    headers = {"content-type": "application/json"}
+    asked = client.post(f"{case}/surface/point", content=body, headers=headers)
+    placed = client.put(f"{case}/limb/places/patella", content=body, headers=headers)
+    assert (asked.status_code, placed.status_code) == (422, 422)
+
+
 def test_a_fresh_surface_that_is_asked_for_twice_at_once_is_taken_in_once(
     client: TestClient, case: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -338,6 +347,8 @@ def test_exported_bytes_are_those_of_the_command_line(
         assert got == (tmp_path / name).read_bytes(), kind
         mirror = client.get(f"{aligned}/exports/{name}/mirror").content
         assert mirror.startswith(b"\x89PNG"), kind
+        (work / "files" / f"{name}.mirror.png").unlink()
+        assert client.get(f"{aligned}/exports/{name}/mirror").status_code == 404
 
 
 def test_every_kind_of_file_is_offered_with_its_words_in_every_language(client: TestClient) -> None:

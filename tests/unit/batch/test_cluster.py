@@ -229,8 +229,8 @@ def test_each_becomes_what_it_becomes_and_nothing_is_left(crew: Crew) -> None:
         "f ü": ("finished", 0, 1),
     }
     out = crew.folder / "out"
-    assert outcomes[0].told == f"No board in {out / 'a'}."
-    assert "Traceback: here" in outcomes[1].told
+    assert outcomes[0].reason == f"No board in {out / 'a'}."
+    assert "Traceback: here" in outcomes[1].reason
     assert (out / "d" / "tries").read_text() == "xxx"  # continued, not begun anew
     assert (out / "c" / "deliverables" / "surface.ply").read_text() == "green" * 100
     assert (out / "c" / "threads").read_text() == "1"  # the sums of the command line

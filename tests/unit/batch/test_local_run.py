@@ -21,8 +21,9 @@ from limbgram.batch import local_run
 from limbgram.batch.attempt import Outcome, Plan, StepOutcome, WrittenFile, worst_of
 from limbgram.batch.attempt_process import _elsewhere_if_full
 from limbgram.batch.captures import Capture
-from limbgram.batch.local_run import BatchOptions, BatchRun, _share
+from limbgram.batch.local_run import BatchOptions, BatchRun
 from limbgram.batch.memory import MemoryGate, need_mb
+from limbgram.batch.processors import processors_for
 from limbgram.batch.stopping import Stopping
 from limbgram.batch.table import earlier_outcomes, write_table
 from limbgram.cases.child_process import Event
@@ -113,7 +114,7 @@ def test_every_outcome_is_told_and_none_stops_another(
         "f": ("finished", 0, 2),
     }
     assert (tmp_path / "out" / "d" / "tries").read_text() == "xxx"
-    assert "Traceback: here" in outcomes[1].told
+    assert "Traceback: here" in outcomes[1].reason
     ends = [event["capture"] for event in events if event["event"] == "ended"]
     assert sorted(ends) == ["a", "b", "c", "d", "d", "d", "e", "f", "f"]
     again = [event["capture"] for event in events if event.get("again")]
@@ -184,7 +185,7 @@ def test_settings_that_are_wrong_are_the_fault_of_one_capture(tmp_path: Path) ->
     plan = Plan(capture=capture, job=job, refusal=OptionsError("No such camera."))
     outcomes = BatchRun([plan], tmp_path / "out", BatchOptions(), lambda _: None).wait()
     assert states(outcomes) == {"a": ("refused", 2, 1)}
-    assert outcomes[0].told == "No such camera."
+    assert outcomes[0].reason == "No such camera."
 
 
 def test_a_fault_in_a_thread_of_ours_is_not_lost(
@@ -251,8 +252,8 @@ def test_memory_is_shared_by_those_at_work() -> None:
 @pytest.mark.skipif(not hasattr(__import__("os"), "sched_getaffinity"), reason="Linux alone")
 def test_processors_are_shared_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 2, 4, 6, 8})
-    assert [sorted(_share(slot, 2)) for slot in range(2)] == [[0, 2], [4, 6, 8]]
-    assert [sorted(_share(slot, 6)) for slot in range(6)] == [[0], [2], [4], [6], [8], [0]]
+    assert [sorted(processors_for(slot, 2)) for slot in range(2)] == [[0, 2], [4, 6, 8]]
+    assert [sorted(processors_for(slot, 6)) for slot in range(6)] == [[0], [2], [4], [6], [8], [0]]
 
 
 def test_the_exit_code_is_that_of_the_worst() -> None:

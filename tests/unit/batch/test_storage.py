@@ -192,7 +192,7 @@ def test_captures_behind_a_url_are_planned_from_names_and_fetched_whole(
 def test_of_two_that_create_the_same_record_at_once_one_does(s3: str) -> None:
     bucket = _Bucket(f"{s3}/records")
     with ThreadPoolExecutor(8) as pool:
-        made = list(pool.map(lambda k: bucket.created("1.json", b"%d" % k), range(8)))
+        made = list(pool.map(lambda k: bucket.create("1.json", b"%d" % k), range(8)))
     assert sum(made) == 1
     assert bucket.read("1.json") == b"%d" % made.index(True)
 

@@ -281,6 +281,8 @@ def test_what_killed_runs_left_is_removed_and_nothing_else(tmp_path: Path) -> No
         "deliverables/.0123456789abcdef.123.part.dxf",
         "deliverables/.colmap.123.old/images.txt",
         "report/.map.png.half",
+        "frames/.0123456789abcdef.123.part/frames.json",
+        "frames/.walk.part/photos/walk-000001.jpg",
     )
     kept = (
         ".lock",

@@ -189,7 +189,7 @@ def test_a_kill_at_any_move_leaves_no_page_that_no_record_speaks_for(
         assert record["job"] == key_of(job)
         assert all(path.exists() for path in written(case))
     elif record["state"] == "finished":
-        assert not standing.stands(case, key_of(job))
+        assert not standing.is_up_to_date(case, key_of(job))
     assert run(other, ScaleError("later"))["state"] == "refused"
     assert not any(path.exists() for path in written(case))
     assert (case.superseded / "report.html").read_text() == "first"

@@ -14,7 +14,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.formats.colmap import write_colmap, write_poses
 from limbgram.formats.transforms import write_transforms
-from limbgram.formats.undistorted import write_undistorted
+from limbgram.formats.undistorted import _jpeg_names, write_undistorted
 from limbgram.reconstruction.mapping.scene import Explanation, Observations, OwnLenses, Scene
 from limbgram.reconstruction.photos import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
@@ -214,3 +214,14 @@ def test_cameras_without_scale_need_asking(metric: MetricScene, tmp_path: Path) 
         with pytest.raises(ExportError, match="no scale"):
             write(unitless, tmp_path / name)
         assert "unitless" in write(unitless, tmp_path / name, unscaled=True).name
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("a.jpg", "a.png", "a-1.jpg", "a-2.jpg"), ("IMG.jpg", "img.png", "b.jpg")],
+    ids=["numbers", "case"],
+)
+def test_no_undistorted_photo_takes_the_name_of_another(names: tuple[str, ...]) -> None:
+    found = _jpeg_names(names)
+    assert len({name.casefold() for name in found}) == len(names)
+    assert found[-1] == names[-1]  # a photo whose stem no other has keeps it

@@ -21,7 +21,7 @@ from limbgram.formats.dxf import write_drawing
 from limbgram.formats.format import Format
 from limbgram.formats.glb import write_glb, write_marked_glb
 from limbgram.formats.limb_file import write_limb
-from limbgram.formats.obj import write_marked_obj
+from limbgram.formats.obj import read_obj, write_marked_obj
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import ShapeFile, read_limb
 from limbgram.formats.table import FORMATS
@@ -196,6 +196,18 @@ def test_a_damaged_landmark_of_an_obj_is_refused(mesh: Mesh, tmp_path: Path) -> 
         with pytest.raises(ShapeFileError) as refused:
             read_limb(tmp_path / "b.obj")
         assert refused.value.finding.values["why"].code == "file.obj.landmark"
+
+
+@pytest.mark.parametrize("name", [" ", "\u00e9" * 200, "two\u2003words"], ids=ascii)
+def test_an_obj_is_read_again_whatever_its_landmark_is_called(
+    mesh: Mesh, tmp_path: Path, name: str
+) -> None:
+    mark = Landmark(name=name, position_mm=np.array([1.0, 2.0, 3.0]))
+    content = write_marked_obj(mesh, tmp_path / "a.obj", [mark]).read_bytes()
+    (read,) = read_obj(content, "a.obj").landmarks
+    assert read.name
+    assert name.startswith(read.name[:3]) or not name.strip()
+    np.testing.assert_allclose(read.position_mm, mark.position_mm)
 
 
 def test_a_vtp_has_point_data_and_a_unit(mesh: Mesh, tmp_path: Path) -> None:

@@ -3,11 +3,11 @@
 from .cost import AopReport, DistalCap, GirthLevel
 from .grammar import AopFile, AopLandmark, parse_aop
 from .profiles import Profile, landmarks_to_file
-from .reading import PLACE_COMMENT, AopReading, read_aop, read_aop_soup
-from .writing import AopOptions, LineEnd, Own, write_aop
+from .reading import LIMB_FROM_FILE_COMMENT, AopReading, read_aop, read_aop_soup
+from .writing import AopOptions, LineEnd, SourceGrid, write_aop
 
 __all__ = [
-    "PLACE_COMMENT",
+    "LIMB_FROM_FILE_COMMENT",
     "AopFile",
     "AopLandmark",
     "AopOptions",
@@ -16,8 +16,8 @@ __all__ = [
     "DistalCap",
     "GirthLevel",
     "LineEnd",
-    "Own",
     "Profile",
+    "SourceGrid",
     "landmarks_to_file",
     "parse_aop",
     "read_aop",

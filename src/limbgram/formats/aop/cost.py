@@ -1,8 +1,8 @@
-"""Cost: what an AOP file holds, against the limb between the same heights.
+"""Cost: how far the shape in an AOP file differs from the limb between the same heights.
 
-At the rounded tip slices meet the surface obliquely: a section's girth there changes by many
-millimetres with a little height, and says nothing of the fit. The cap up to where radii grow no
-faster than the height has figures of its own.
+At the rounded tip slices meet the surface obliquely: a girth there changes by many millimetres with
+a little height, and says nothing of the fit. The cap, up to where radii grow no faster than the
+height, has figures of its own.
 """
 
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class DistalCap:
 
 @dataclass(frozen=True, kw_only=True)
 class AopReport:
-    """What the file holds, against the limb between the same heights."""
+    """An AOP file compared with the limb between the same heights."""
 
     path: Path
     spokes: int
@@ -68,10 +68,10 @@ class AopReport:
     above_cap_max_mm: float
     girths: tuple[GirthLevel, ...]
     cap: DistalCap | None
-    """None where the first slice stands upright already."""
+    """None where the wall is steep from the first slice on."""
     mapped: MappedSurface
     axis_from_limb: Rigid
-    """The motion to the file's axis; none unless another axis was fitted."""
+    """The motion to the file's axis; the identity unless another axis was fitted."""
     bodies_left_out: int
     """Bodies inside the limb, such as bones, and loose ones beside it."""
     loose: tuple[SeparateBody, ...]
@@ -101,35 +101,35 @@ def cost_of(
     outside: OuterShape,
 ) -> AopReport:
     """Compare the file as it was read back with the mesh, which is in the frame of its axis."""
-    found = held.radius_map
-    top_mm = mapped.first_mm + float(found.z_mm[-1])
-    file = found.surface()
+    radius_map = held.radius_map
+    top_mm = mapped.first_mm + float(radius_map.z_mm[-1])
+    file = radius_map.surface()
     file = file.with_vertices(file.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
-    begin = _end_of_cap(found.radii_mm, found.z_mm)
-    cap_mm = float(found.z_mm[begin])
-    above, of_limb = _between(mesh, file, mapped.first_mm + cap_mm, top_mm)
-    away, of_file, cap = above, volume_between_mm3(file), None
-    if begin:
-        ends = mapped.first_mm, mapped.first_mm + cap_mm
-        rounded, in_cap = _between(mesh, file, *ends)
-        away, of_limb = above | rounded, of_limb + in_cap
+    cap_end = _end_of_cap(radius_map.radii_mm, radius_map.z_mm)
+    cap_mm = float(radius_map.z_mm[cap_end])
+    above, limb_mm3 = _compared(mesh, file, mapped.first_mm + cap_mm, top_mm)
+    whole, file_mm3, cap = above, volume_between_mm3(file), None
+    if cap_end:
+        heights_mm = mapped.first_mm, mapped.first_mm + cap_mm
+        in_cap, limb_cap_mm3 = _compared(mesh, file, *heights_mm)
+        whole, limb_mm3 = above | in_cap, limb_mm3 + limb_cap_mm3
+        file_cap_mm3 = volume_between_mm3(clip_between_heights(file, *heights_mm))
         cap = DistalCap(
             to_mm=cap_mm,
-            max_mm=rounded.max_mm,
-            volume_change_ml=(volume_between_mm3(clip_between_heights(file, *ends)) - in_cap)
-            / 1000,
+            max_mm=in_cap.max_mm,
+            volume_change_ml=(file_cap_mm3 - limb_cap_mm3) / 1000,
         )
     return AopReport(
         path=path,
-        spokes=len(found.thetas_deg),
-        slices=len(found.z_mm),
-        height_mm=float(found.z_mm[-1]),
-        max_mm=away.max_mm,
-        rms_mm=away.rms_mm,
-        volume_ml=of_file / 1000,
-        volume_change=of_file / of_limb - 1,
+        spokes=len(radius_map.thetas_deg),
+        slices=len(radius_map.z_mm),
+        height_mm=float(radius_map.z_mm[-1]),
+        max_mm=whole.max_mm,
+        rms_mm=whole.rms_mm,
+        volume_ml=file_mm3 / 1000,
+        volume_change=file_mm3 / limb_mm3 - 1,
         above_cap_max_mm=above.max_mm,
-        girths=_girths(mapped, held, begin),
+        girths=_girths(mapped, held, cap_end),
         cap=cap,
         mapped=mapped,
         axis_from_limb=axis_from_limb,
@@ -139,16 +139,16 @@ def cost_of(
     )
 
 
-def _between(
+def _compared(
     mesh: Mesh, file: Mesh, low_mm: float, high_mm: float
 ) -> tuple[SurfaceDistance, float]:
-    """How far a part of the limb lies from the file's surface, and its volume in mm3."""
+    """Distance of the limb between two heights from the file's surface, and its volume in mm3."""
     part = clip_between_heights(mesh, low_mm, high_mm)
     return distance_to(part, file), volume_between_mm3(part)
 
 
 def _end_of_cap(radii_mm: Float64[np.ndarray, "m n"], z_mm: Float64[np.ndarray, " m"]) -> int:
-    """The first slice from which radii grow, on the mean, no faster than the height.
+    """Index of the first slice from which the mean radius grows no faster than the height.
 
     Only the lower half can be a cap; a slope of 45 degrees further up is the limb's own.
     """
@@ -157,17 +157,17 @@ def _end_of_cap(radii_mm: Float64[np.ndarray, "m n"], z_mm: Float64[np.ndarray, 
     return int(lower[-1]) + 1 if len(lower) else 0
 
 
-def _girths(mapped: MappedSurface, held: AopReading, begin: int) -> tuple[GirthLevel, ...]:
-    """Of whole slices; the last touches the brim, where a section may be open."""
-    whole: Bool[np.ndarray, " m"] = mapped.whole & (mapped.girths_mm > 0)
-    rows = [row for row in np.flatnonzero(whole[:-1]).tolist() if row >= begin]
-    heights = mapped.first_mm + held.radius_map.z_mm
-    in_file = held.radius_map.girths_mm()
+def _girths(mapped: MappedSurface, held: AopReading, first: int) -> tuple[GirthLevel, ...]:
+    """Girths of complete slices; without the last, which touches the brim and may be open."""
+    complete: Bool[np.ndarray, " m"] = mapped.whole & (mapped.girths_mm > 0)
+    rows = [row for row in np.flatnonzero(complete[:-1]).tolist() if row >= first]
+    heights_mm = mapped.first_mm + held.radius_map.z_mm
+    file_girths_mm = held.radius_map.girths_mm()
     return tuple(
         GirthLevel(
-            height_mm=float(heights[row]),
+            height_mm=float(heights_mm[row]),
             limb_mm=float(mapped.girths_mm[row]),
-            file_mm=float(in_file[row]),
+            file_mm=float(file_girths_mm[row]),
         )
         for row in rows
     )

@@ -1,6 +1,6 @@
-"""The grammar of AOP: from bytes to numbers, each complaint with its line.
+"""The grammar of AOP: from bytes to numbers, each refusal with its line.
 
-Lines may end in CR, LF or CRLF, mixed. Every count is checked before anything is made of it.
+Lines may end in CR, LF or CRLF, mixed. Every count is checked before memory is taken for it.
 """
 
 import math
@@ -21,14 +21,14 @@ _SPOKES, _SLICES = (3, 3600), (2, 20_000)
 _MOST_RADII = 20_000_000
 _MOST_LANDMARKS, _MOST_POINTS = 1000, 10_000
 _MOST_COMMENTS = 10_000
-_LARGEST = 1e5
+_LARGEST_VALUE = 1e5
 """No length or angle of a limb is larger, whatever its unit."""
 _SIDES: dict[str, Side] = {"LEFT": "left", "RIGHT": "right", "NONE": "none"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class AopLandmark:
-    """A point, or a line of several, as it stands in the file."""
+    """A point, or a line of several points, in the file's units."""
 
     name: str
     places: Float64[np.ndarray, "k 3"]
@@ -37,14 +37,14 @@ class AopLandmark:
 
 @dataclass(frozen=True, kw_only=True)
 class AopFile:
-    """What an AOP file says, nothing interpreted."""
+    """The content of an AOP file, not yet interpreted."""
 
     comments: tuple[str, ...]
     side: Side
     landmarks: tuple[AopLandmark, ...]
     radius_map: RadiusMap
     spokes_listed: bool
-    """The angles stand one by one, not as a spacing."""
+    """The angles are listed one by one, not given as a spacing."""
     slices_listed: bool
     warnings: tuple[Finding, ...]
 
@@ -60,31 +60,29 @@ def parse_aop(content: bytes, name: str) -> AopFile:
     lines = _Lines(re.split(r"\r\n|\r|\n", content.decode("latin-1")), name)
     mark = fault("aop.mark")
     if not lines.take(mark).upper().startswith("AAOP"):
-        raise lines.complain(mark)
+        raise lines.error(mark)
     comments: list[str] = []
     while (comment := lines.take(fault("aop.comment"))).upper() != "END COMMENTS":
         comments.append(comment)
         if len(comments) > _MOST_COMMENTS:
-            raise lines.complain(fault("aop.end_comments"))
+            raise lines.error(fault("aop.end_comments"))
     if lines.take(fault("aop.system")).upper() != "CYLINDRICAL":
-        raise lines.complain(fault("aop.cylindrical"))
+        raise lines.error(fault("aop.cylindrical"))
     side = _SIDES.get(lines.take(fault("aop.side")).upper())
     if side is None:
-        raise lines.complain(fault("aop.left_or_right"))
+        raise lines.error(fault("aop.left_or_right"))
     count = lines.count(fault("aop.landmark_count"), (0, _MOST_LANDMARKS))
     landmarks = tuple(_landmark(lines) for _ in range(count))
-    spokes = _places(lines, "spokes", _SPOKES)
-    slices = _places(lines, "slices", _SLICES)
+    spokes = _positions(lines, "spokes", _SPOKES)
+    slices = _positions(lines, "slices", _SLICES)
     radii = _radii(lines, len(slices.values), len(spokes.values))
-    found = RadiusMap(thetas_deg=spokes.values, z_mm=slices.values, radii_mm=radii)
+    radius_map = RadiusMap(thetas_deg=spokes.values, z_mm=slices.values, radii_mm=radii)
     warnings = [*_turn_warnings(spokes), *lines.rest_warnings()]
-    # The second AAOP1 stands among the comments: it tells nothing.
-    told = tuple(comment for comment in comments if comment.upper() != "AAOP1")
     return AopFile(
-        comments=told,
+        comments=tuple(one for one in comments if one.upper() != "AAOP1"),  # the mark, repeated
         side=side,
         landmarks=landmarks,
-        radius_map=found,
+        radius_map=radius_map,
         spokes_listed=spokes.listed,
         slices_listed=slices.listed,
         warnings=tuple(warnings),
@@ -92,7 +90,7 @@ def parse_aop(content: bytes, name: str) -> AopFile:
 
 
 class _Lines:
-    """The lines still to be read, and where we are."""
+    """The lines of the file, and the next one to be read."""
 
     def __init__(self, lines: list[str], name: str) -> None:
         self._lines, self._name, self._next = lines, name, 0
@@ -100,20 +98,23 @@ class _Lines:
     def take(self, expected: Finding) -> str:
         self._next += 1
         if self._next > len(self._lines):
-            raise self.complain(expected)
+            raise self.error(expected)
         return self._lines[self._next - 1].strip()
 
-    def complain(self, expected: Finding, line: int | None = None) -> ShapeFileError:
-        """line: Number from 1; the one just read if None."""
+    def error(self, expected: Finding, line: int | None = None) -> ShapeFileError:
+        """The refusal of a line.
+
+        line: Number from 1; the one just read if None.
+        """
         number = self._next if line is None else line
-        over = number > len(self._lines)
+        at_end = number > len(self._lines)
         return ShapeFileError(
             "aop.line",
             name=self._name,
             line=number,
             expected=expected,
-            at_end=over,
-            found="" if over else self._lines[number - 1].strip()[:60],
+            at_end=at_end,
+            found="" if at_end else self._lines[number - 1].strip()[:60],
         )
 
     def number(self, expected: Finding) -> float:
@@ -121,24 +122,22 @@ class _Lines:
         try:
             value = float(text)
         except ValueError as error:
-            raise self.complain(expected) from error
-        if not math.isfinite(value) or abs(value) > _LARGEST:
-            raise self.complain(fault("aop.within", what=expected, most=_LARGEST))
+            raise self.error(expected) from error
+        if not math.isfinite(value) or abs(value) > _LARGEST_VALUE:
+            raise self.error(fault("aop.within", what=expected, most=_LARGEST_VALUE))
         return value
 
     def count(self, expected: Finding, limits: tuple[int, int]) -> int:
         text = self.take(expected)
         if not re.fullmatch(r"\d{1,9}", text) or not limits[0] <= int(text) <= limits[1]:
-            raise self.complain(
-                fault("aop.between", what=expected, least=limits[0], most=limits[1])
-            )
+            raise self.error(fault("aop.between", what=expected, least=limits[0], most=limits[1]))
         return int(text)
 
     def block(self, count: int, expected: Finding) -> list[str]:
-        """The next lines at once; all must be there."""
+        """The next lines together; all must be there."""
         start, self._next = self._next, self._next + count
         if self._next > len(self._lines):
-            raise self.complain(expected, len(self._lines) + 1)
+            raise self.error(expected, len(self._lines) + 1)
         return self._lines[start : self._next]
 
     def line_of_block(self, count: int, idx: int) -> int:
@@ -162,45 +161,43 @@ def _landmark(lines: _Lines) -> AopLandmark:
 
 
 @dataclass(frozen=True)
-class _Places:
+class _Positions:
     values: Float64[np.ndarray, " n"]
     listed: bool
 
 
-def _places(lines: _Lines, what: str, limits: tuple[int, int]) -> _Places:
-    """Angles or heights: a spacing, or 0 and then one by one."""
+def _positions(lines: _Lines, what: str, limits: tuple[int, int]) -> _Positions:
+    """Angles or heights: given as a spacing; or a spacing of 0, then listed one by one."""
     count = lines.count(fault("aop.count", what=what), limits)
     spacing = lines.number(fault("aop.spacing", what=what))
     if spacing < 0:
-        raise lines.complain(fault("aop.spacing_from_0", what=what))
+        raise lines.error(fault("aop.spacing_from_0", what=what))
     if spacing > 0:
-        return _Places(spacing * np.arange(count), listed=False)
+        return _Positions(spacing * np.arange(count), listed=False)
     expected = fault("aop.one_of", count=count, what=what)
     values = [lines.number(expected) for _ in range(count)]
     for idx, (before, after) in enumerate(pairwise(values)):
         if after <= before:
-            raise lines.complain(
-                fault("aop.rising", what=what), lines.line_of_block(count, idx + 1)
-            )
+            raise lines.error(fault("aop.rising", what=what), lines.line_of_block(count, idx + 1))
     if what == "spokes" and values[-1] - values[0] >= 360:
-        raise lines.complain(fault("aop.one_turn"))
-    return _Places(np.array(values), listed=True)
+        raise lines.error(fault("aop.one_turn"))
+    return _Positions(np.array(values), listed=True)
 
 
 def _radii(lines: _Lines, slices: int, spokes: int) -> Float64[np.ndarray, "m n"]:
     """One radius a line; a second number on a line, a value of that point, is left out."""
     count = slices * spokes
-    expected = fault("aop.radius", slices=slices, spokes=spokes, most_mm=_LARGEST)
+    expected = fault("aop.radius", slices=slices, spokes=spokes, most_mm=_LARGEST_VALUE)
     if count > _MOST_RADII:
-        raise lines.complain(fault("aop.radius_count", most=_MOST_RADII))
-    words = [line.split(None, 2) for line in lines.block(count, expected)]
-    for idx, of_line in enumerate(words):
-        if len(of_line) not in (1, 2):
-            raise lines.complain(expected, lines.line_of_block(count, idx))
-    radii = np.array([_radius(of_line[0]) for of_line in words])
-    bad = np.flatnonzero(~((radii >= 0) & (radii <= _LARGEST)))
+        raise lines.error(fault("aop.radius_count", most=_MOST_RADII))
+    rows = [line.split(None, 2) for line in lines.block(count, expected)]
+    for idx, words in enumerate(rows):
+        if len(words) not in (1, 2):
+            raise lines.error(expected, lines.line_of_block(count, idx))
+    radii = np.array([_radius(words[0]) for words in rows])
+    bad = np.flatnonzero(~((radii >= 0) & (radii <= _LARGEST_VALUE)))
     if len(bad):
-        raise lines.complain(expected, lines.line_of_block(count, int(bad[0])))
+        raise lines.error(expected, lines.line_of_block(count, int(bad[0])))
     return radii.reshape(slices, spokes)
 
 
@@ -211,7 +208,7 @@ def _radius(word: str) -> float:
         return math.nan
 
 
-def _turn_warnings(spokes: _Places) -> list[Finding]:
+def _turn_warnings(spokes: _Positions) -> list[Finding]:
     count, spacing_deg = len(spokes.values), float(spokes.values[1])
     if spokes.listed or abs(spacing_deg * count - 360) <= 0.5:
         return []

@@ -1,14 +1,14 @@
-"""Profiles: what programs of the trade do differently with the same format.
+"""Profiles: how programs differ in their use of the AOP format.
 
 mm      what this program writes: everything in millimetres, angles from the front.
 omega   landmark radii in inches, everything else in millimetres.
-ampscan its reader and writer stand one spoke behind (the first spoke lies one spacing after the
-        front), and its landmarks are angles from +x in a frame with the front at -y.
+ampscan spokes are shifted by one (the first spoke lies one spacing after the front), and landmarks
+        are angles from +x in a frame with the front at -y.
 ampscan-early
-        files of its first writer (February to October 2022) count the spokes the other way round:
-        taken as they stand they are mirror images. Measured on two of its files against the shapes
-        they were made of: 0.12 and 0.21 mm RMS so, over 5 mm the usual way. Nothing in a file says
-        surely which writer it was: both list slices or not as they are asked to.
+        files of its first writer (February to October 2022) count the spokes in the opposite sense:
+        read as other files they give mirror images. Two of its files, read by this profile, differ
+        from the shapes they were made from by 0.12 and 0.21 mm RMS; read by `ampscan`, by over
+        5 mm. Nothing in a file says surely which writer it was: both can list slices.
 """
 
 from typing import Literal
@@ -23,20 +23,20 @@ from limbgram.workbench.carving.radius_map import RadiusMap
 
 Profile = Literal["mm", "omega", "ampscan", "ampscan-early"]
 _EVEN = 1e-3
-"""Listed heights are even within this part of their spacing (files have six decimals)."""
+"""Largest difference of equal spacings, as a share of the spacing (files have six decimals)."""
 
 
 def profile_of(file: AopFile) -> Profile:
-    """The profile that a file speaks for; omega is told later, by the landmarks' radii.
+    """The likely profile of a file; omega is recognised later, by the landmarks' radii.
 
-    Files of the first writer of ampscan that are known list even heights one by one; the later one
-    does so only where it is asked to. Either way the reader notes that it may be the other one.
+    All known files of ampscan's first writer list equally spaced heights one by one; the later
+    writer does so only on request. The reader notes that it may be the other one.
     """
     if not any("ampscan" in line.lower() for line in file.comments):
         return "mm"
     steps = np.diff(file.radius_map.z_mm)
-    even = float(np.ptp(steps)) <= _EVEN * float(steps.mean())
-    early = file.slices_listed and even and not written_here(file)
+    evenly_spaced = float(np.ptp(steps)) <= _EVEN * float(steps.mean())
+    early = file.slices_listed and evenly_spaced and not written_here(file)
     return "ampscan-early" if early else "ampscan"
 
 
@@ -46,9 +46,9 @@ def written_here(file: AopFile) -> bool:
 
 
 def from_the_front(found: RadiusMap, profile: Profile) -> RadiusMap:
-    """The map with its angles counted from the front to the patient's right, from 0 to 360."""
-    within = found.thetas_deg < found.thetas_deg[0] + 360
-    thetas = found.thetas_deg[within]
+    """The map with its angles from the front towards the patient's right, 0 to 360 degrees."""
+    first_turn = found.thetas_deg < found.thetas_deg[0] + 360
+    thetas = found.thetas_deg[first_turn]
     if profile == "ampscan":
         thetas = thetas + found.thetas_deg[1]
     elif profile == "ampscan-early":
@@ -58,19 +58,19 @@ def from_the_front(found: RadiusMap, profile: Profile) -> RadiusMap:
     return RadiusMap(
         thetas_deg=thetas[order],
         z_mm=found.z_mm,
-        radii_mm=found.radii_mm[:, within][:, order],
+        radii_mm=found.radii_mm[:, first_turn][:, order],
     )
 
 
 def landmarks_from_file(
     places: Float64[np.ndarray, "k 3"], profile: Profile, mm_per_radius: float
 ) -> Points3:
-    """Radius, theta, z as a file has them, to the limb frame."""
-    radii, angles = places[:, 0] * mm_per_radius, np.radians(places[:, 1])
-    across, ahead = radii * np.sin(angles), radii * np.cos(angles)
+    """Points of the limb frame from radius, theta and z in the file's units."""
+    radii_mm, angles = places[:, 0] * mm_per_radius, np.radians(places[:, 1])
+    x, y = radii_mm * np.sin(angles), radii_mm * np.cos(angles)
     if profile in ("ampscan", "ampscan-early"):
-        across, ahead = -ahead, -across
-    return np.column_stack([across, ahead, places[:, 2]])
+        x, y = -y, -x
+    return np.column_stack([x, y, places[:, 2]])
 
 
 def landmarks_to_file(points_in_limb: Points3, profile: Profile) -> Float64[np.ndarray, "k 3"]:

@@ -25,19 +25,18 @@ from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.limb import Landmark, LimbFrame, names_apart
 
 _ON_SURFACE_MM = 3.0
-"""A landmark farther than this from the surface in every unit has a radius that means
-something else."""
+"""If a landmark is farther than this from the surface in every unit, its radius is no radius."""
 _UNIT_COMMENT = "LANDMARK RADIUS UNIT:"
-PLACE_COMMENT = "LIMB FROM FILE:"
+LIMB_FROM_FILE_COMMENT = "LIMB FROM FILE:"
 """Followed by the rows of the motion from the file's axes to the limb's: 12 numbers, mm."""
 _ROUNDING = 1e-6
 _FRONT_AT_MINUS_Y: tuple[Profile, ...] = ("ampscan", "ampscan-early")
-"""Their programs count from -Y of the shape as it stands there, wherever its front may be."""
+"""These programs count from -Y of the shape's own frame, wherever the front may be."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AopReading:
-    """An AOP file understood."""
+    """The interpreted content of an AOP file."""
 
     radius_map: RadiusMap
     frame: LimbFrame
@@ -51,10 +50,10 @@ class AopReading:
 
 
 def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopReading:
-    """Read an AOP file; None takes the profile that the file speaks for.
+    """Read an AOP file; None takes its likely profile.
 
-    The limb frame is that of the file: z along the carving axis, the front at angle 0; unless a
-    comment of ours says how the carving axis lies in the limb.
+    The limb frame is that of the file, z along the carving axis and the front at angle 0, unless a
+    comment by this program gives the motion from the file's axes to the limb's.
     """
     file = parse_aop(content, name)
     profile = profile or profile_of(file)
@@ -71,18 +70,20 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
     landmarks: list[Landmark] = []
     for mark in file.landmarks:
         points = landmarks_from_file(mark.places, profile, mm_per_radius)
-        near = _to_surface(points, radius_map)
-        off_mm = np.abs(np.hypot(*points[:, :2].T) - np.hypot(*near[:, :2].T))
+        on_surface = _projected_on(points, radius_map)
+        off_mm = np.abs(np.hypot(*points[:, :2].T) - np.hypot(*on_surface[:, :2].T))
         if not stated and off_mm.max() > _ON_SURFACE_MM:
             radius = float(mark.places[off_mm.argmax(), 0])
             warnings.append(doubt("aop.landmark_unit", landmark=mark.name, radius=radius))
-            points = np.where((off_mm > _ON_SURFACE_MM)[:, None], near, points)
-        landmarks += _named(mark, points)
-    landmarks = _apart(landmarks, warnings)
+            points = np.where((off_mm > _ON_SURFACE_MM)[:, None], on_surface, points)
+        landmarks += _landmarks_from(mark, points)
+    landmarks = _with_unique_names(landmarks, warnings)
     return AopReading(
         radius_map=radius_map,
         frame=LimbFrame(
-            limb_from_mesh=_place(file.comments, warnings), side=file.side, front_told=front_told
+            limb_from_mesh=_limb_from_file(file.comments, warnings),
+            side=file.side,
+            front_told=front_told,
         ),
         landmarks=tuple(landmarks),
         profile="omega" if profile == "mm" and mm_per_radius == MM_PER_INCH else profile,
@@ -110,8 +111,8 @@ def read_aop_soup(content: bytes, name: str) -> Soup:
     )
 
 
-def _apart(landmarks: list[Landmark], warnings: list[Finding]) -> list[Landmark]:
-    """Landmarks each of a name of its own: places are told by name ever after."""
+def _with_unique_names(landmarks: list[Landmark], warnings: list[Finding]) -> list[Landmark]:
+    """The landmarks with repeated names made unique, and a note of each."""
     names = names_apart([mark.name for mark in landmarks])
     warnings += [
         note("aop.landmark_twice", landmark=mark.name, called=name)
@@ -121,10 +122,10 @@ def _apart(landmarks: list[Landmark], warnings: list[Finding]) -> list[Landmark]
     return [replace(mark, name=name) for mark, name in zip(landmarks, names, strict=True)]
 
 
-def _place(comments: tuple[str, ...], warnings: list[Finding]) -> Rigid:
-    """Where the file's axes lie in the limb."""
+def _limb_from_file(comments: tuple[str, ...], warnings: list[Finding]) -> Rigid:
+    """The motion from the file's axes to the limb's that a comment gives; else the identity."""
     for line in comments:
-        if not line.upper().startswith(PLACE_COMMENT):
+        if not line.upper().startswith(LIMB_FROM_FILE_COMMENT):
             continue
         try:
             rows = np.array([float(word) for word in line.split(":", 1)[1].split()]).reshape(3, 4)
@@ -139,7 +140,7 @@ def _place(comments: tuple[str, ...], warnings: list[Finding]) -> Rigid:
 
 
 def _landmark_unit(file: AopFile, radius_map: RadiusMap, profile: Profile) -> float:
-    """Millimetres in one unit of the landmarks' radii: what a comment says, or what fits."""
+    """Millimetres in one unit of the landmarks' radii: by a comment, the profile, or the fit."""
     for line in file.comments:
         if _UNIT_COMMENT in line.upper():
             return MM_PER_INCH if line.upper().split(_UNIT_COMMENT)[1].strip() == "IN" else 1.0
@@ -154,15 +155,15 @@ def _landmark_unit(file: AopFile, radius_map: RadiusMap, profile: Profile) -> fl
     return MM_PER_INCH if as_inches < min(as_mm, _ON_SURFACE_MM) else 1.0
 
 
-def _to_surface(points: Points3, radius_map: RadiusMap) -> Points3:
-    """The surface's points at the same angles and heights."""
+def _projected_on(points: Points3, radius_map: RadiusMap) -> Points3:
+    """The points moved radially on to the surface."""
     angles = np.arctan2(points[:, 0], points[:, 1])
     radii = radius_map.radius_at_mm(np.degrees(angles), points[:, 2])
     return np.column_stack([radii * np.sin(angles), radii * np.cos(angles), points[:, 2]])
 
 
-def _named(mark: AopLandmark, points: np.ndarray) -> list[Landmark]:
-    """One landmark a point; those of a line are numbered."""
+def _landmarks_from(mark: AopLandmark, points: np.ndarray) -> list[Landmark]:
+    """A landmark for each point; those of a line are numbered."""
     name = "".join(letter for letter in mark.name if letter.isprintable())[:70] or "unnamed"
     if len(points) == 1:
         return [Landmark(name=name, position_mm=points[0])]

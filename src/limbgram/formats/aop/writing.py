@@ -1,7 +1,7 @@
 """AOP: the limb as a radius map, as the trade's carvers and programs take it.
 
-In      an aligned Limb; how fine, whose quirks, which line ends and which form of header.
-Out     the file, read back by our own reader, and an AopReport: what the file costs.
+In      an aligned Limb; spacing, profile, line ends and form of the header.
+Out     the file, read back by our own reader, and an AopReport: how far it differs from the limb.
 Fails   CarveError: not aligned, or no radius map can hold the shape. OptionsError.
 """
 
@@ -22,7 +22,7 @@ from limbgram.findings import fault
 from limbgram.formats.aop.axis import fitted_axis
 from limbgram.formats.aop.cost import AopReport, cost_of
 from limbgram.formats.aop.profiles import Profile, landmarks_to_file
-from limbgram.formats.aop.reading import PLACE_COMMENT, AopReading, read_aop
+from limbgram.formats.aop.reading import LIMB_FROM_FILE_COMMENT, AopReading, read_aop
 from limbgram.workbench.anatomy.names import without_accents
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.carving.mapping import MapOptions, MappedSurface, map_radii, map_radii_on
@@ -38,8 +38,8 @@ _ANGLE_DIGITS = 6
 
 
 @dataclass(frozen=True, kw_only=True)
-class Own:
-    """Where the radii of a file stand, and how its axes lie in the limb."""
+class SourceGrid:
+    """Spokes, slices and axis of the AOP file that a shape was read from."""
 
     grid: Grid
     limb_from_file: Rigid
@@ -50,38 +50,44 @@ class AopOptions:
     """What the program that will read the file expects."""
 
     map: MapOptions = field(default_factory=MapOptions)
-    own: Own | None = None
-    """Spokes, slices and axis of the AOP file that the shape was read of; they stand in place of
-
-    those of `map` and `axis`. Nothing is sampled anew then, and a second writing gives the same."""
+    source_grid: SourceGrid | None = None
+    """Used in place of `map` and `axis`: the radii are not resampled, and writing the shape again
+    gives the same file."""
     axis: Literal["limb", "fit"] = "limb"
-    """fit: the file's axis is not the limb's but one from which rays meet the surface once; the
-    file says where it lies. Then the map's heights are not the limb's, and cannot be given."""
+    """fit: the file's axis is fitted so that rays meet the surface once, and the file has the
+    motion to the limb's axis. The map's heights are not the limb's then, and cannot be given."""
     profile: Profile = "mm"
     line_end: LineEnd = "lf"
     spokes_listed: bool = False
     """Write every angle, not the spacing."""
     slices_listed: bool = True
-    """Write every height, not the spacing: the form of all files seen from the trade."""
+    """Write every height, not the spacing: as all files seen from other programs do."""
+
+    @property
+    def all_spokes_listed(self) -> bool:
+        """Whether every angle is written: by choice, or because the spacing is uneven."""
+        return self.spokes_listed or (
+            self.source_grid is not None and not self.source_grid.grid.even
+        )
 
 
 DEFAULTS = AopOptions()
 
 
 def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> AopReport:
-    """Write an aligned limb as AOP, and tell what the format costs."""
+    """Write an aligned limb as AOP, and report how far the file differs from it."""
     path = Path(path)
     limb = limb.aligned()
-    _check(options)
+    _check_options(options)
     points = limb.limb_from_mesh.apply(limb.mesh.vertices_mm)
     outside = outer_bodies(Mesh(vertices_mm=points, faces=limb.mesh.faces))
     outside.require_one_limb()
     axis_from_limb, mesh, mapped = _mapped(outside.mesh, options)
     frame = replace(limb.frame, limb_from_mesh=axis_from_limb @ limb.limb_from_mesh)
     limb = replace(limb, frame=frame)
-    place = _place(axis_from_limb, mapped, options)
-    _check_form(mapped, options)
-    text = _text(limb, mapped, options, place)
+    limb_from_file = _limb_from_file(axis_from_limb, mapped, options)
+    _check_slices(mapped, options)
+    text = _text(limb, mapped, options, limb_from_file)
     held: list[AopReading] = []
 
     def encode(stream: BinaryIO) -> None:
@@ -89,10 +95,10 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
 
     def check(written: Path) -> None:
         held.append(read_aop(written.read_bytes(), path.name))
-        _compare(held[0], limb, mapped, options)
+        _require_equal(held[0], limb, mapped, options)
         found = held[0].frame.limb_from_mesh
         require(
-            _apart(found, place or Rigid.identity()) < _ROUNDING_MM,
+            _distance_mm(found, limb_from_file or Rigid.identity()) < _ROUNDING_MM,
             fault("aop.read.place"),
         )
 
@@ -101,67 +107,69 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
 
 
 def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, MappedSurface]:
-    """The motion to the file's axis, the mesh there, and its radii."""
-    if options.own is not None:
-        axis_from_limb = options.own.limb_from_file.inverse
+    """The motion to the file's axis, the mesh in that frame, and its radii."""
+    if options.source_grid is not None:
+        axis_from_limb = options.source_grid.limb_from_file.inverse
         moved = mesh.moved(axis_from_limb)
-        return axis_from_limb, moved, map_radii_on(moved, options.own.grid, options.map)
+        return axis_from_limb, moved, map_radii_on(moved, options.source_grid.grid, options.map)
     if options.axis == "fit":
         try:
-            return _mapped_round(fitted_axis(mesh, options.map), mesh, options)
+            return _mapped_about(fitted_axis(mesh, options.map), mesh, options)
         except CarveError as error:
             raise CarveError("aop.fit_fails", why=error.finding) from error
     try:
-        return _mapped_round(Rigid.identity(), mesh, options)
+        return _mapped_about(Rigid.identity(), mesh, options)
     except CarveError as error:
-        free = replace(options, map=replace(options.map, from_mm=None, to_mm=None))
+        unlimited = replace(options, map=replace(options.map, from_mm=None, to_mm=None))
         try:
-            found, _, _ = _mapped_round(fitted_axis(mesh, free.map), mesh, free)
+            found, _, _ = _mapped_about(fitted_axis(mesh, unlimited.map), mesh, unlimited)
         except CarveError:
             raise error from None
         raise CarveError(
             "aop.other_axis",
             why=error.finding,
             tilt_deg=angle_between_deg(found.rotation, np.eye(3)),
-            without_limits=free.map != options.map,
+            without_limits=unlimited.map != options.map,
         ) from error
 
 
-def _mapped_round(
+def _mapped_about(
     axis_from_limb: Rigid, mesh: Mesh, options: AopOptions
 ) -> tuple[Rigid, Mesh, MappedSurface]:
     moved = mesh.moved(axis_from_limb)
     return axis_from_limb, moved, map_radii(moved, options.map)
 
 
-def _place(axis_from_limb: Rigid, mapped: MappedSurface, options: AopOptions) -> Rigid | None:
-    """Where the file's axes lie in the limb; None where they are the limb's own.
+def _limb_from_file(
+    axis_from_limb: Rigid, mapped: MappedSurface, options: AopOptions
+) -> Rigid | None:
+    """The motion from the file's axes to the limb's; None where they are the limb's own.
 
-    The file counts heights from its first slice, unless they are those of an older file.
+    Heights in the file count from its first slice, unless they are those of the source file.
     """
-    if options.own is not None:
-        place = options.own.limb_from_file
-        return None if _apart(place, Rigid.identity()) < _ROUNDING_MM else place
+    if options.source_grid is not None:
+        motion = options.source_grid.limb_from_file
+        return None if _distance_mm(motion, Rigid.identity()) < _ROUNDING_MM else motion
     if options.axis != "fit":
         return None
     return axis_from_limb.inverse @ Rigid(np.eye(3), np.array([0.0, 0.0, mapped.first_mm]))
 
 
-def _apart(one: Rigid, other: Rigid) -> float:
-    """How far a motion takes the corners of a limb's size to other places, mm."""
+def _distance_mm(one: Rigid, other: Rigid) -> float:
+    """Largest distance between the images of points 500 mm from the origin under two motions."""
     corners = 500.0 * np.concatenate([np.zeros((1, 3)), np.eye(3)])
     return float(np.abs(one.apply(corners) - other.apply(corners)).max())
 
 
-def _check(options: AopOptions) -> None:
+def _check_options(options: AopOptions) -> None:
     if options.axis == "fit" and (options.map.from_mm, options.map.to_mm) != (None, None):
         raise OptionsError("aop.heights_and_fit")
-    listed = options.spokes_listed or (options.own is not None and not options.own.grid.even)
+    listed = options.all_spokes_listed
     if options.profile == "ampscan-early" or (options.profile == "ampscan" and listed):
         raise OptionsError("aop.ampscan_mirrors")
 
 
-def _check_form(mapped: MappedSurface, options: AopOptions) -> None:
+def _check_slices(mapped: MappedSurface, options: AopOptions) -> None:
     heights = mapped.radius_map.z_mm
     uneven = float(np.ptp(np.diff(heights))) > 1e-6 or heights[0] != 0
     if not options.slices_listed and uneven:
@@ -169,7 +177,7 @@ def _check_form(mapped: MappedSurface, options: AopOptions) -> None:
 
 
 def _text(
-    limb: AlignedLimb, mapped: MappedSurface, options: AopOptions, place: Rigid | None
+    limb: AlignedLimb, mapped: MappedSurface, options: AopOptions, limb_from_file: Rigid | None
 ) -> str:
     found = mapped.radius_map
     inches = options.profile == "omega"
@@ -177,9 +185,9 @@ def _text(
     lines.append(f"LANDMARK RADIUS UNIT: {'IN' if inches else 'MM'}")
     if options.profile == "ampscan":
         lines.append("Spokes as ampscan reads them")
-    if place is not None:
-        numbers = " ".join(f"{value:.9f}" for value in place.matrix_3x4.ravel())
-        lines += ["AXIS FITTED, NOT THE LIMB'S OWN", f"{PLACE_COMMENT} {numbers}"]
+    if limb_from_file is not None:
+        numbers = " ".join(f"{value:.9f}" for value in limb_from_file.matrix_3x4.ravel())
+        lines += ["AXIS FITTED, NOT THE LIMB'S OWN", f"{LIMB_FROM_FILE_COMMENT} {numbers}"]
     lines += ["END COMMENTS", "CYLINDRICAL", limb.side.upper(), str(len(limb.landmarks))]
     places = _landmark_places(limb, mapped, options.profile)
     names = names_apart([_plain_name(mark.name) for mark in limb.landmarks])
@@ -188,13 +196,15 @@ def _text(
         lines.append(f"{z:.3f}")
     spokes = len(found.thetas_deg)
     spacing = 360.0 / spokes
-    listed = options.spokes_listed or (options.own is not None and not options.own.grid.even)
-    lines += [str(spokes), "0" if listed else _short(spacing)]
-    lines += [_short(theta) for theta in found.thetas_deg] if listed else []
+    listed = options.all_spokes_listed
+    lines += [str(spokes), "0" if listed else _compact(spacing)]
+    lines += [_compact(theta) for theta in found.thetas_deg] if listed else []
     heights = found.z_mm.tolist()
     lines.append(str(len(heights)))
-    lines += ["0", *map(_short, heights)] if options.slices_listed else [_short(heights[1])]
-    lines += [f"{radius:.3f}" for radius in _rows(mapped, options.profile).ravel().tolist()]
+    lines += ["0", *map(_compact, heights)] if options.slices_listed else [_compact(heights[1])]
+    lines += [
+        f"{radius:.3f}" for radius in _radii_in_file_order(mapped, options.profile).ravel().tolist()
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -205,7 +215,7 @@ def _landmark_places(
     return landmarks_to_file(in_limb, profile)
 
 
-def _rows(mapped: MappedSurface, profile: Profile) -> Float64[np.ndarray, "m n"]:
+def _radii_in_file_order(mapped: MappedSurface, profile: Profile) -> Float64[np.ndarray, "m n"]:
     """Radii in the file's order of spokes: ampscan's first spoke is our second."""
     return np.roll(mapped.radius_map.radii_mm, -1 if profile == "ampscan" else 0, axis=1)
 
@@ -216,15 +226,15 @@ def _plain_name(name: str) -> str:
     return plain or "unnamed"
 
 
-def _short(value: float) -> str:
-    """Six decimals without idle zeros."""
+def _compact(value: float) -> str:
+    """Six decimals without trailing zeros."""
     return f"{value:.6f}".rstrip("0").rstrip(".")
 
 
-def _compare(
+def _require_equal(
     held: AopReading, limb: AlignedLimb, mapped: MappedSurface, options: AopOptions
 ) -> None:
-    """What our reader finds is the map, the side and the landmarks, within the file's digits."""
+    """Refuse a file that reads back with another side, map or landmarks, within its digits."""
     found, wanted = held.radius_map, mapped.radius_map
     require(
         held.frame.side == limb.side,

@@ -1,8 +1,8 @@
-"""The machine file: control, tool, rates and how to carve, kept as TOML for the next time.
+"""The machine file: settings of a carver (control, tool, rates, carving) as TOML.
 
-It holds what belongs to the machine and its tool, not what belongs to one job (the blank's size,
-where to end). Reading is strict: an unknown name, a wrong kind of value or one out of range is
-refused, for a rate that was passed over would be carved with.
+It holds the settings of the machine and its tool, not those of one job (the blank's size, the last
+row). Reading is strict: an unknown name, a wrong type or a value out of range is refused, because
+an ignored rate would damage the blank.
 """
 
 from dataclasses import dataclass, field, fields
@@ -52,7 +52,7 @@ def write_machine(machine: Machine, path: Path | str) -> Path:
 
 
 def require_place(path: Path) -> None:
-    """Refuse to write a machine file over anything but a machine file: recipes end in .toml too.
+    """Refuse to overwrite another kind of file: recipes end in .toml, too.
 
     Raises:
         OptionsError: something else lies there.
@@ -72,7 +72,7 @@ def read_machine(path: Path | str) -> Machine:
     """Read a machine file.
 
     Raises:
-        OptionsError: it cannot be read, or holds what is not known or cannot be.
+        OptionsError: it cannot be read, or holds an unknown name or a wrong value.
     """
     path = Path(path)
     content = read_content(path, _LARGEST_BYTES, OptionsError, note("carver.file.name_it"))

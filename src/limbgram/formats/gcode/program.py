@@ -1,8 +1,8 @@
 """The program: a toolpath in words of one control.
 
-X runs along the limb's long axis, A turns, Z is the radius of the tool's tip over the rotary axis.
-What a move's F means is the control's affair (control.py); here it is computed so that the tool's
-centre keeps its speed over the surface.
+X runs along the limb's long axis, A is the rotary axis, Z the radius of the tool's tip over it. The
+meaning of F depends on the control (control.py); it is computed so that the tool's centre keeps its
+speed over the surface.
 """
 
 import re
@@ -51,67 +51,65 @@ def text_of(toolpath: Toolpath, control: Control, header: tuple[str, ...]) -> st
 
 
 def rotary_words(text: str, control: Control) -> tuple[float, float]:
-    """The least and the largest place of the rotary axis that a program names."""
+    """The smallest and the largest word of the rotary axis in a program."""
     plain = re.sub(r"\(.*?\)", "", text)
     words = np.array(re.findall(rf" {control.letter}(-?[0-9.]+)", plain), np.float64)
     return float(words.min()), float(words.max())
 
 
 def as_machine_counts(strip: Strip, options: CarveOptions) -> Float64[np.ndarray, " k"]:
-    """The angles of a strip by the machine's sense of turning."""
+    """The angles of a strip, with the machine's sense of rotation."""
     return strip.a_deg if options.a_turns == "tool" else -strip.a_deg
 
 
 def inverse_minutes(strip: Strip, options: CarveOptions) -> Float64[np.ndarray, " k"]:
-    """One over the time of each move: by the way over the surface, and no faster than A turns."""
-    turn = np.abs(np.diff(strip.a_deg))
-    round_mm = np.radians(turn) * (strip.centre_mm[1:] + strip.centre_mm[:-1]) / 2
-    way = np.sqrt(np.diff(strip.x_mm) ** 2 + np.diff(strip.centre_mm) ** 2 + round_mm**2)
-    minutes = np.maximum(way / options.feed_mm_min, turn / options.turn_deg_min)
+    """1/min of each move, by its length over the surface and the fastest turn of A."""
+    turn_deg = np.abs(np.diff(strip.a_deg))
+    arc_mm = np.radians(turn_deg) * (strip.centre_mm[1:] + strip.centre_mm[:-1]) / 2
+    length_mm = np.sqrt(np.diff(strip.x_mm) ** 2 + np.diff(strip.centre_mm) ** 2 + arc_mm**2)
+    minutes = np.maximum(length_mm / options.feed_mm_min, turn_deg / options.turn_deg_min)
     return 1 / np.maximum(minutes, 1e-9)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """Places of a strip that are counted alike."""
+    """Points of a strip between two resets of the rotary axis."""
 
     start: int
     end: int
     taken_off_deg: float
     line: str
-    """To be written before them."""
+    """The G92 line before them, if any."""
 
 
 class _Counter:
-    """Where the rotary axis stands, as its control counts it."""
+    """The angle of the rotary axis, as its control counts it."""
 
     def __init__(self, control: Control) -> None:
         self._control = control
         self._taken_off = 0.0
         self._at_deg: float | None = None
-        """Where it stands within a turn; None before the first word."""
+        """Angle within a turn; None before the first word."""
 
     def to_start(self, x_mm: float, a_deg: float) -> str:
-        """The lines that bring the raised tool over where a strip begins: at the angle at which
-
-        the last one ended."""
+        """The lines that bring the raised tool over a strip's start; the angle stays."""
         line = self._reset(a_deg) if self._control.winding == "reset" else ""
         if self._control.winding != "rollover":
             word = f" {self._letter}{a_deg - self._taken_off:.3f}"
         elif self._at_deg is not None:
-            word = ""  # it stands there, and the same place by another sign would be a turn off
+            word = ""  # it is there; with the other sign the same angle would be a turn
         else:
             word = self._word(self._wrapped(a_deg, 1.0))
         return f"{line}G0 X{x_mm:.3f}{word}\n"
 
     def wrapped(self, a_deg: Float64[np.ndarray, " k"]) -> Iterator[str]:
-        """Words within one turn after the first place; none where it stands there already, for a
+        """Words within one turn for all points but the first; empty where the axis is there: a
         control that goes by the sign might take a rounded word for a turn."""
         for before, after in zip(a_deg[:-1].tolist(), a_deg[1:].tolist(), strict=True):
             yield self._word(self._wrapped(after, after - before))
 
     def runs(self, a_deg: Float64[np.ndarray, " k"]) -> Iterator[_Run]:
-        """The places of a strip, parted where whole turns are taken off."""
+        """The points of a strip, split where whole turns are taken off."""
         if self._control.winding != "reset":
             yield _Run(0, len(a_deg), 0.0, "")
             return
@@ -125,18 +123,18 @@ class _Counter:
             start = end
 
     def _reset(self, a_deg: float) -> str:
-        """Take whole turns off where the axis stands; the line that tells the control."""
-        counted = a_deg - self._taken_off
-        turns = TURN_DEG * float(np.trunc(counted / TURN_DEG))
-        self._taken_off += turns
-        return f"G92 {self._letter}{counted - turns:.3f}\n" if turns else ""
+        """Take whole turns off the count; returns the G92 line, empty where there are none."""
+        counted_deg = a_deg - self._taken_off
+        turns_deg = TURN_DEG * float(np.trunc(counted_deg / TURN_DEG))
+        self._taken_off += turns_deg
+        return f"G92 {self._letter}{counted_deg - turns_deg:.3f}\n" if turns_deg else ""
 
     @property
     def _letter(self) -> str:
         return self._control.letter
 
     def _word(self, wrapped: str) -> str:
-        """A place within a turn as a word; none where the axis stands, to the last digit."""
+        """The word of an angle within a turn; empty where the axis is there, to the last digit."""
         to_deg = abs(float(wrapped))
         if self._at_deg is not None:
             apart = (to_deg - self._at_deg) % TURN_DEG
@@ -180,7 +178,7 @@ def _feeds(strip: Strip, options: CarveOptions, control: Control) -> Float64[np.
     """F of each cutting move."""
     feeds = inverse_minutes(strip, options)
     if not control.inverse_time:
-        # These controls take degrees and millimetres for one kind of way.
+        # These controls count a degree as a millimetre.
         steps = (np.diff(strip.x_mm), np.diff(strip.a_deg), np.diff(strip.centre_mm))
         feeds = feeds * np.sqrt(sum(step**2 for step in steps))
     return np.clip(feeds, 0.01, control.habits.largest_feed)

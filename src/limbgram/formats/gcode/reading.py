@@ -1,4 +1,4 @@
-"""Reading back: the moves of a program as the control that it was written for would make them."""
+"""Reading back: the moves of a G-code program, as its control would make them."""
 
 import math
 import re
@@ -14,8 +14,8 @@ from limbgram.workbench.carving.simulation import Moves
 
 _WORD = re.compile(r"([A-Z])(-?\d+\.?\d*)")
 _CODES = {"G0", "G1", "G93", "G94", "M3", "M5", "M6", "M7", "M8", "M9", "M30", *SAFE_START.split()}
-_ASIDE = ("G4", "G43", "G64", "G92")
-"""Codes whose words are no places of a move."""
+_NOT_MOVES = ("G4", "G43", "G64", "G92")
+"""Codes whose words are no targets of a move."""
 
 
 def read_moves(text: str, options: CarveOptions, control: Control) -> Moves:
@@ -34,19 +34,15 @@ def read_moves(text: str, options: CarveOptions, control: Control) -> Moves:
     fast: list[bool] = []
     for line in text.splitlines():
         cut = cutting.fullmatch(line)
-        if cut is not None:  # nearly all lines: told by one look what the words below would tell
+        if cut is not None:  # nearly all lines: a short cut of the general case below
             rapid, before = False, (x, a, z)
             x, z, feed = float(cut[1]), float(cut[3]), float(cut[4])
-            a = (
-                _counted(cut[2], a, control)
-                if control.winding == "rollover"
-                else float(cut[2]) + off
-            )
+            a = _angle_deg(cut[2], a, off, control)
         else:
             words = _WORD.findall(re.sub(r"\(.*?\)", "", line))
             codes = [f"{name}{value}" for name, value in words]
             values = {name: value for name, value in words if name not in "GM"}
-            if any(code in _ASIDE for code in codes):
+            if any(code in _NOT_MOVES for code in codes):
                 if "G92" in codes:
                     require(set(values) == {letter}, fault("carver.read.line", line=line))
                     off = a - float(values[letter])
@@ -62,28 +58,32 @@ def read_moves(text: str, options: CarveOptions, control: Control) -> Moves:
                 continue
             x, z = float(values.get("X", x)), float(values.get("Z", z))
             if letter in values:
-                rolls = control.winding == "rollover"
-                word = values[letter]
-                a = _counted(word, a, control) if rolls else float(word) + off
+                a = _angle_deg(values[letter], a, off, control)
         rows.append((x, sign * a, z))
         fast.append(rapid)
         if not rapid:
-            way = math.sqrt((x - before[0]) ** 2 + (a - before[1]) ** 2 + (z - before[2]) ** 2)
-            minutes += 1 / feed if inverse else way / feed
-    places = np.array(rows)
+            length = math.sqrt((x - before[0]) ** 2 + (a - before[1]) ** 2 + (z - before[2]) ** 2)
+            minutes += 1 / feed if inverse else length / feed
+    targets = np.array(rows)
     return Moves(
-        x_mm=places[:, 0],
-        a_deg=places[:, 1],
-        tip_mm=places[:, 2],
+        x_mm=targets[:, 0],
+        a_deg=targets[:, 1],
+        tip_mm=targets[:, 2],
         rapid=np.array(fast),
         minutes=minutes,
     )
 
 
-def _counted(word: str, at_deg: float, control: Control) -> float:
-    """Where a word within one turn brings the axis, counted on from where it stands."""
-    within = abs(float(word))
-    way = (within - at_deg) % TURN_DEG
+def _angle_deg(word: str, at_deg: float, offset_deg: float, control: Control) -> float:
+    """Angle of the rotary axis after a word, all turns counted.
+
+    Args:
+        at_deg: Angle before it.
+        offset_deg: Turns that G92 took off so far.
+    """
+    if control.winding != "rollover":
+        return float(word) + offset_deg
+    way_deg = (abs(float(word)) - at_deg) % TURN_DEG
     if control.habits.rollover == "shortest":
-        return at_deg + (way if way <= TURN_DEG / 2 else way - TURN_DEG)
-    return at_deg + (way - TURN_DEG if word.startswith("-") else way)
+        return at_deg + (way_deg if way_deg <= TURN_DEG / 2 else way_deg - TURN_DEG)
+    return at_deg + (way_deg - TURN_DEG if word.startswith("-") else way_deg)

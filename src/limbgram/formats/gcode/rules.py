@@ -1,14 +1,14 @@
-"""Rules: the whole program, line by line, as its control takes it, before the file is kept.
+"""Rules: checks a program line by line by the rules of its control, before the file is kept.
 
 A control refuses a line when it comes to it, with the spindle running and the blank half carved.
 What is refused here is refused by Grbl 1.1h (`gcode.c` and `report.c` of its source) or by
 LinuxCNC 2.9 (its interpreter `rs274`), or alarms a Fanuc (PS0009 to PS0011, PS1202); Mach reads
-RS274/NGC, as LinuxCNC does. Each has its own codes, letters and length of a line. Of other rules
-all keep the strictest, which also takes nothing for granted that an earlier program may have left:
-units, plane, zero, distances and feed mode are told before an axis moves.
+RS274/NGC, as LinuxCNC does. Codes, letters and length of a line differ by control. Of other rules
+the strictest holds for all; no state of an earlier program is assumed: units, plane, zero, distance
+mode and feed mode are set before an axis moves.
 
-Not read here: what stands in the machine and not in the program (tool table, limits, offsets), and
-what the moves do to the blank, which the simulation carries out (writing.py).
+Not checked here: the state of the machine (tool table, limits, offsets), and the effect of the
+moves on the blank, which the simulation checks (writing.py).
 """
 
 import re
@@ -34,13 +34,13 @@ _GROUPS = {
     "spindle": {"M3", "M5"},
     "coolant": {"M7", "M8", "M9"},
 }
-"""Modal groups, of the codes that programs of this form have: of one group a line has one."""
+"""Modal groups of the codes that programs of this form have: a line may have one of each group."""
 _GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
-_TOLD_FIRST = frozenset(("plane", "units", "distance", "feed", "cutter", "zero"))
+_SET_BEFORE_MOVES = frozenset(("plane", "units", "distance", "feed", "cutter", "zero"))
 _NEVER_NEGATIVE = frozenset("FHNPST")
 """The letters of values, those of axes apart."""
 _USED_BY = {"P": ("G4", "G64"), "H": ("G43",)}
-"""A value of these is refused where no code takes it."""
+"""Letters that are refused on a line without a code that uses them."""
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _WORDS = re.compile(rf"(?:{_WORD.pattern})*")
 _NUMBER = re.compile(r"O\d{1,4}(?:\(.*\))?")
@@ -48,21 +48,21 @@ _NUMBER = re.compile(r"O\d{1,4}(?:\(.*\))?")
 
 @dataclass
 class _State:
-    """What holds from line to line."""
+    """The modal state of the control."""
 
     control: Control
     codes: frozenset[str]
     axes: frozenset[str]
     values: frozenset[str]
-    spindle_told: bool
-    """The program starts the spindle; else whoever stands at the machine does."""
+    spindle_by_program: bool
+    """Whether the program starts the spindle; else the operator does."""
     modal: dict[str, str] = field(default_factory=dict)
     feed: float = 0.0
     ended: bool = False
 
 
 def require_taken(text: str, control: Control) -> None:
-    """Refuse a program of which its control would refuse a line, or take it for something else.
+    """Refuse a program with a line that its control would refuse or misread.
 
     Raises:
         CarveError: with the line, its number and the reason.
@@ -76,12 +76,12 @@ def require_taken(text: str, control: Control) -> None:
         codes=frozenset(code for code in _GROUP_OF if known.get(code, True)),
         axes=axes,
         values=axes | (_NEVER_NEGATIVE if tools else _NEVER_NEGATIVE - {"H"}),
-        spindle_told=re.search(r"^[^(]*\bM3\b", text, re.MULTILINE) is not None,
+        spindle_by_program=re.search(r"^[^(]*\bM3\b", text, re.MULTILINE) is not None,
     )
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
         framed = habits.percent and number in (1, 2, len(lines))
-        why = _misframed(line, number) if framed else _refusal(line, state)
+        why = _frame_fault(line, number) if framed else _refusal(line, state)
         if why is not None:
             raise CarveError(
                 "carver.refused", dialect=control.dialect, line=number, text=line[:60], why=why
@@ -90,14 +90,14 @@ def require_taken(text: str, control: Control) -> None:
         raise CarveError("carver.no_end", dialect=control.dialect)
 
 
-def _misframed(line: str, number: int) -> Finding | None:
-    """The program's number comes second; what stands first and last parts it from others."""
+def _frame_fault(line: str, number: int) -> Finding | None:
+    """Why a line of the frame is wrong: % first and last, the program number second."""
     framed = _NUMBER.fullmatch(line) if number == 2 else line == "%"
     return None if framed else note("carver.line.frame")
 
 
 def _refusal(line: str, state: _State) -> Finding | None:
-    """Why a line is not taken; None where it is."""
+    """Why the control would refuse a line; None if it would not."""
     habits = state.control.habits
     plain = re.sub(r"\([^()]*\)|\s", "", line)
     if habits.percent and line != line.upper():
@@ -129,16 +129,16 @@ def _refusal(line: str, state: _State) -> Finding | None:
             return note("carver.line.no_point", word=word)
         else:
             values[letter] = float(number)
-    return _carried_out(codes, values, state)
+    return _executed(codes, values, state)
 
 
-def _carried_out(codes: dict[str, str], values: dict[str, float], state: _State) -> Finding | None:
-    """Change what holds by a line; why it cannot be carried out, or None."""
+def _executed(codes: dict[str, str], values: dict[str, float], state: _State) -> Finding | None:
+    """Apply a line to the state; why it cannot be executed, or None."""
     if state.ended and (codes or values):
         return note("carver.line.after_end")
     moved = state.axes & values.keys()
     if "feed" in codes and codes["feed"] != state.modal.get("feed"):
-        state.feed = 0.0  # it counts otherwise from here on
+        state.feed = 0.0  # its unit changes
     aside = codes.pop("aside", None)
     state.modal |= codes
     state.ended = "end" in codes
@@ -154,9 +154,9 @@ def _carried_out(codes: dict[str, str], values: dict[str, float], state: _State)
         return None if alone else note("carver.line.offset")
     if not moved:
         return None
-    untold = _TOLD_FIRST - state.modal.keys()
-    if untold:
-        return note("carver.line.untold", codes=tuple(sorted(_GROUPS[min(untold)])))
+    unset = _SET_BEFORE_MOVES - state.modal.keys()
+    if unset:
+        return note("carver.line.untold", codes=tuple(sorted(_GROUPS[min(unset)])))
     return _moved(values, motion, state)
 
 
@@ -165,7 +165,7 @@ def _moved(values: dict[str, float], motion: str | None, state: _State) -> Findi
         return note("carver.line.no_motion")
     if motion == "G1" and not state.feed:
         return note("carver.line.no_feed")
-    if motion == "G1" and state.spindle_told and state.modal.get("spindle") != "M3":
+    if motion == "G1" and state.spindle_by_program and state.modal.get("spindle") != "M3":
         return note("carver.line.spindle")
     control = state.control
     if control.winding == "rollover" and abs(values.get(control.letter, 0.0)) >= TURN_DEG:

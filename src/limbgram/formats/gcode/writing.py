@@ -1,7 +1,7 @@
-"""Writing: the toolpath as a plain program for a four-axis carver, read back and carried out.
+"""Writing: the toolpath as a G-code program for a four-axis carver, read back and simulated.
 
 In      an aligned limb, how to carve, the control that will read the program.
-Out     the file, and what it leaves of a blank by a simulation that reads the file alone.
+Out     the file, and the carved shape by a simulation that reads the file alone.
 Fails   CarveError: not aligned, A beyond its limit, or a program that would cut into the shape.
 """
 
@@ -30,11 +30,11 @@ from limbgram.workbench.limb import Limb
 
 _ROUNDING = 0.0005 + 1e-9
 _ROLLED_DEG = 0.0015 + 1e-9
-"""Within one turn a word may be rounded the other way, nothing is written as a little, and a place
-within the last digit is not gone to."""
+"""With rollover a word may be rounded the other way, -0 is written as the smallest angle, and a
+move within the last digit is left out."""
 _DEEPEST_GOUGE_MM = 0.05
 _LEAST_TOLD_MM = 0.05
-"""Of what stays in the blank: less is shown as nothing."""
+"""Height that stays in the blank; less is reported as nothing."""
 DEFAULTS = Control()
 _WINDING: dict[Winding, str] = {
     "unwind": "the rotary axis turns back and stays within its limit",
@@ -46,7 +46,7 @@ _WINDING: dict[Winding, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class GcodeReport:
-    """The program, and what it carves by simulation."""
+    """A written program, and what it carves by simulation."""
 
     path: Path
     toolpath: Toolpath
@@ -60,13 +60,13 @@ class GcodeReport:
     loose: tuple[SeparateBody, ...]
     """Those beside it, in the limb frame."""
     above: UncarvedTop
-    """What of the limb stays in the blank over the last row."""
+    """The part of the limb that stays in the blank over the last row."""
 
     __repr__ = brief
 
     @property
     def standing(self) -> Finding:
-        """What stays in the blank over the last row, and where."""
+        """The finding on what stays in the blank over the last row."""
         over = self.above
         if over.rise_mm < _LEAST_TOLD_MM:
             return note("carver.whole", height_mm=over.last_mm)
@@ -130,7 +130,7 @@ def write_gcode(
 
 
 def hash_of_shape(mesh: Mesh) -> str:
-    """Of the triangles' corners in the limb frame, in single precision."""
+    """SHA-256 of the triangles' corners in the limb frame, in single precision."""
     corners = mesh.vertices_mm[mesh.faces].astype("<f4")
     return hashlib.sha256(corners.tobytes()).hexdigest()
 
@@ -172,13 +172,13 @@ def _header(
 
 
 def _signed_deg(over: UncarvedTop, options: CarveOptions) -> float:
-    """Where the highest point is by the rotary axis, from -180 to 180."""
+    """Angle of the highest point on the rotary axis, from -180 to 180."""
     turned = -over.theta_deg if options.a_turns == "tool" else over.theta_deg
     return (turned + 180.0) % 360.0 - 180.0
 
 
 def _compare(moves: Moves, toolpath: Toolpath, control: Control) -> None:
-    """The cutting moves read are the toolpath's places, within the program's digits."""
+    """Refuse cutting moves that differ from the toolpath by more than the program's digits."""
     ball = toolpath.options.ball_mm
     cutting = ~moves.rapid
     wanted = np.concatenate(

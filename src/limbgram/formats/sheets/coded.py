@@ -1,10 +1,10 @@
 """Sheets with coded marks: scale bars, floor mats, a turntable ring, stickers.
 
 In      a page, and for stickers their first number and their size.
-Out     a Sheet whose plates say which marks stand where. No two kinds share a number, so that all
-        of them may lie in one scene.
-Limits  lengths are known within a plate alone: sheets taped together are as many plates, and how
-        they were taped does not matter.
+Out     a Sheet whose plates have the positions of its marks. Kinds do not share numbers, so that
+        all of them may lie in one scene.
+Limits  lengths are known within a plate only: each of several taped sheets is a plate, and how they
+        are taped does not matter.
 """
 
 import math
@@ -87,7 +87,7 @@ def draw_mat(page: PageName) -> Sheet:
         places = [(x[c], y[r]) for r in range(rows) for c in range(columns)]
         plate = _plate(f"floor mat, sheet {number + 1}", _MAT_MARK_MM, first, places)
         _draw(paper, plate, numbers=True)
-        title = f"floor mat, sheet {number + 1} of {_MAT_SHEETS}: {_marks_told(plate)}"
+        title = f"floor mat, sheet {number + 1} of {_MAT_SHEETS}: {_marks_in_words(plate)}"
         advice = (
             "Print at 100 % (actual size) and tape the sheets flat on the table round the limb.",
             "Distances on one sheet are known; how the sheets are taped does not matter.",
@@ -118,7 +118,7 @@ def _large_mat(page: PageName) -> Sheet:
     radius_mm = float(room.min() / 2 - 2 * _MAT_MARK_MM)
     paper.circle(middle.tolist(), radius_mm)
     paper.write(middle[0], middle[1], "the limb stands here", 10, align="center")
-    title = f"floor mat: {_marks_told(plate)}"
+    title = f"floor mat: {_marks_in_words(plate)}"
     advice = ("Print at 100 % and lay it flat; the limb stands in the circle.",)
     return _sheet(title, [paper], [paper.frame(title, room.tolist(), advice)], [plate])
 
@@ -141,7 +141,7 @@ def draw_ring(page: PageName) -> Sheet:
         paper.circle(middle.tolist(), radius)
     paper.fill(np.array([rectangle(-6, -0.05, 12, 0.1), rectangle(-0.05, -6, 0.1, 12)]) + middle)
     paper.write(middle[0], middle[1] - 9, "middle of the turntable", 7, align="center")
-    title = f"turntable ring: {_marks_told(plate)}, on a circle of {2 * radius_mm:g} mm"
+    title = f"turntable ring: {_marks_in_words(plate)}, on a circle of {2 * radius_mm:g} mm"
     advice = (
         _STIFF,
         "Cut along the circles and fix it on the turntable. Lay no still board beside it.",
@@ -210,7 +210,7 @@ def _sheet(
     )
 
 
-def _marks_told(plate: MarkPlate) -> str:
+def _marks_in_words(plate: MarkPlate) -> str:
     ids = [one.mark_id for one in plate.marks]
     return f"marks {ids[0]} to {ids[-1]} of {plate.side_mm:g} mm from {plate.dictionary}"
 

@@ -1,9 +1,9 @@
-"""A printed page in true millimetres: black cells, lines, words, and rulers that prove its size.
+"""A printed page in true millimetres: black cells, lines, text, and rulers that prove its size.
 
-In      what stands on the page, in mm from its top left corner, y down.
-Out     the bytes of a PDF of vector drawings; the same drawings give the same bytes.
-Method  all black of a pattern is one path, so that no seam shows between its cells. Every page has
-        a ruler across and one down, and a square: printers scale, and seldom alike both ways.
+In      drawings, in mm from the page's top left corner, y down.
+Out     the bytes of a vector PDF; the same drawings give the same bytes.
+Method  all black cells of a pattern are one path, so that no seams show. Every page has a ruler
+        across, one down, and a square: printers scale, and seldom equally in both directions.
 """
 
 import io
@@ -34,7 +34,7 @@ PAGES_MM: dict[PageName, tuple[float, float]] = {
 }
 """Shorter and longer side."""
 EDGE_MM = 12.0
-"""Kept white all round: most printers cannot print nearer than 4 to 6 mm to the edge."""
+"""White margin: most printers cannot print nearer than 4 to 6 mm to the edge."""
 HEAD_MM = 9.0
 """The name of the sheet and its parameters, above the pattern."""
 FOOT_MM = 25.0
@@ -51,7 +51,7 @@ _GREY = "0.6"
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """What is printed, and what is measured on it to prove its size."""
+    """A sheet as PDF, with the lengths on it that prove its size."""
 
     title: str
     """Name and parameters, as they are printed on it."""
@@ -62,12 +62,12 @@ class Sheet:
     """Length of the ruler across the page: the one that `--measured-mm` is read on."""
     ruler_down_mm: float
     square_mm: float
-    """Side of the square that is printed with it; 0 where no place is left."""
+    """Side of the printed square; 0 if there is no room for it."""
     pdf: bytes
     board: Board | None = None
     """The board that is drawn."""
     plates: tuple[MarkPlate, ...] = ()
-    """The pieces with marks that are drawn."""
+    """The plates with marks that are drawn."""
 
 
 class Paper:
@@ -92,12 +92,12 @@ class Paper:
 
     @property
     def ruler_mm(self) -> int:
-        """The longest ruler across the page, in whole long steps."""
+        """Length of the ruler across the page, a multiple of 50 mm."""
         return _LONG_STEP_MM * int((self.width_mm - 2 * EDGE_MM) // _LONG_STEP_MM)
 
     @property
     def room_mm(self) -> Float64[np.ndarray, "2"]:
-        """Width and height that a pattern may have beside rulers and words."""
+        """Width and height that rulers and text leave for a pattern."""
         return np.array(
             [
                 self.width_mm - 2 * EDGE_MM - BESIDE_MM,
@@ -111,9 +111,9 @@ class Paper:
         return np.array([EDGE_MM, EDGE_MM + HEAD_MM])
 
     def frame(self, title: str, size_mm: Sequence[float], advice: Sequence[str]) -> int:
-        """Title above, rulers below and beside a pattern of this size, the square, what to do.
+        """Draw title, rulers, square and instructions round a pattern of this size.
 
-        Returns the length of the ruler down the page.
+        Returns the length of the ruler down the page, mm.
         """
         left, top = self.origin_mm.tolist()
         width, height = size_mm
@@ -142,7 +142,7 @@ class Paper:
         return down_mm
 
     def fill(self, quads_mm: Float64[np.ndarray, "n 4 2"], colour: str = _INK) -> None:
-        """Quadrangles as one path without an outline, which would make them larger."""
+        """Fill quadrangles as one path, without a stroke, which would enlarge them."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path as Outline
 
@@ -156,7 +156,7 @@ class Paper:
     def fill_outlines(
         self, points_mm: Float64[np.ndarray, "n 2"], codes: np.ndarray, colour: str
     ) -> None:
-        """Outlines with holes, as one path; where two overlap even-odd would tear them."""
+        """Fill outlines with holes as one path; they must not overlap."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path as Outline
 
@@ -205,7 +205,7 @@ class Paper:
         )
 
     def ruler(self, start_mm: tuple[float, float], length_mm: int, *, down: bool) -> None:
-        """A mark every millimetre; it is read from the first mark's middle to the last's."""
+        """A tick every millimetre; its length is that between the centres of the end ticks."""
         x, y = start_mm
         marks: list[np.ndarray] = []
         for mark in range(length_mm + 1):
@@ -221,7 +221,7 @@ class Paper:
                 self.write(x + mark, y + 6.4, words, 6, align="center")
 
     def square(self, corner_mm: tuple[float, float], side_mm: float) -> None:
-        """A square between whose lines' middles both sides have the length that stands in it."""
+        """A square whose sides, between the centres of its lines, have the length written in it."""
         half = _LINE_MM / 2
         lines = [
             rectangle(-half, -half, side_mm + _LINE_MM, _LINE_MM),
@@ -236,7 +236,7 @@ class Paper:
 
 
 def pdf_of(papers: Sequence[Paper], title: str) -> bytes:
-    """The pages as one PDF, without a date, its letters in TrueType."""
+    """The pages as one PDF, without a date, with TrueType fonts."""
     import matplotlib as mpl
     from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 
@@ -255,7 +255,7 @@ def rectangle(x: float, y: float, width: float, height: float) -> Float64[np.nda
 
 
 def runs(black: np.ndarray) -> Iterable[tuple[int, int, int]]:
-    """Row, start and end of what is black in a row without a gap."""
+    """Row, start and end of each run of black cells."""
     for row, line in enumerate(black):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(np.int8), [0]])))
         for start, end in edges.reshape(-1, 2).tolist():

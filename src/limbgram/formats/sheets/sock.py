@@ -1,6 +1,6 @@
-"""A random pattern for a sock: printed on fabric or transfer film, for the eyes of one camera.
+"""A random pattern for a sock, printed on fabric or transfer film, for a camera's resolution.
 
-In      how much of the skin one pixel shows, the size of a tile, a seed.
+In      the size of a pixel on the skin, the size of a tile, a seed.
 Out     a SockPattern that repeats without a seam, and a Sheet with rulers and the bare tile.
 Method  Patterns for digital image correlation (Bossuyt 2013, "Optimized patterns for digital image
         correlation"): noise on a torus is limited to a ring of wavelengths and cut at a level. The
@@ -48,7 +48,7 @@ _PIXELS_MM = (0.02, 3.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Ink:
-    """One colour, and where it lies: where its field is above nought."""
+    """One colour, printed where its field is above zero."""
 
     colour: tuple[int, int, int]
     field: Float64[np.ndarray, "rows columns"]
@@ -56,7 +56,7 @@ class Ink:
 
 @dataclass(frozen=True, kw_only=True)
 class SockPattern:
-    """A tile that repeats without a seam; its nodes are the fields' samples."""
+    """A tile that repeats without a seam, as sampled fields of its inks."""
 
     width_mm: float
     height_mm: float
@@ -78,7 +78,7 @@ class SockPattern:
     def colours_at(
         self, x_mm: Float64[np.ndarray, " n"], y_mm: Float64[np.ndarray, " n"]
     ) -> UInt8[np.ndarray, "n 3"]:
-        """The colour at places of the endless pattern."""
+        """The colours of the repeated pattern at these points."""
         colours = np.full((len(x_mm), 3), WHITE, np.uint8)
         for ink in self.inks:
             rows, columns = ink.field.shape
@@ -171,7 +171,7 @@ def _noise(
     longest_mm: float,
     rng: np.random.Generator,
 ) -> Float64[np.ndarray, "rows columns"]:
-    """Normal noise on a torus, flat between two wavelengths and nought beside them."""
+    """Gaussian noise on a torus, with a flat spectrum between two wavelengths, zero elsewhere."""
     rows = np.fft.fftfreq(shape[0], size_mm[0] / shape[0])
     columns = np.fft.rfftfreq(shape[1], size_mm[1] / shape[1])
     frequency = np.hypot(rows[:, None], columns)
@@ -184,7 +184,7 @@ def _noise(
 def _without_specks(
     field: Float64[np.ndarray, "rows columns"], nodes_a_pixel: float
 ) -> Float64[np.ndarray, "rows columns"]:
-    """The field with islands and gaps turned over that are too small to be seen."""
+    """The field without islands and gaps that the camera cannot resolve."""
     least = np.pi / 4 * (_FINEST_PX * nodes_a_pixel) ** 2
     for sign in (1.0, -1.0):
         islands, count = _islands(sign * field > 0)
@@ -197,7 +197,7 @@ def _without_specks(
 def _islands(
     mask: Bool[np.ndarray, "rows columns"],
 ) -> tuple[Int32[np.ndarray, "rows columns"], int]:
-    """Numbers from 1 of the connected parts on the torus, and how many numbers there are."""
+    """Labels, from 1, of the connected components on the torus, and the largest label."""
     found, count = cast(tuple[Int32[np.ndarray, "rows columns"], int], label(mask))
     numbers = np.arange(count + 1)
     pairs = [(found[0], found[-1]), (found[:, 0], found[:, -1])]
@@ -221,13 +221,13 @@ def _chosen(
     islands: Int32[np.ndarray, "rows columns"],
     count: int,
 ) -> Int32[np.ndarray, " islands"]:
-    """For each island the colour whose noise is the highest on it."""
+    """For each island the colour whose noise has the largest sum on it."""
     sums = [np.bincount(islands.ravel(), one.ravel(), minlength=count + 1) for one in patches]
     return np.argmax(sums, axis=0).astype(np.int32)
 
 
 def _draw(paper: Paper, pattern: SockPattern, left_mm: float, top_mm: float) -> None:
-    """The tile as outlines, its edges cut straight."""
+    """Draw the tile as outlines, cut straight at its edges."""
     for ink in pattern.inks:
         rows, columns = ink.field.shape
         closed = np.pad(ink.field, ((0, 1), (0, 1)), mode="wrap")
