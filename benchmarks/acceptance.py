@@ -23,7 +23,7 @@ from harness import asking, machine, made_on, table, working_in, write
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.formats.reading import read_limb
 from limbgram.synthetic import CaptureOptions, make_capture
-from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder, middles_mm
+from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder, sphere_centres_mm
 from limbgram.synthetic.truth import BASE_MM
 
 Result = dict[str, Any]
@@ -191,7 +191,7 @@ def _by_truth(bar: BallBar, case: Path, source: Path) -> list[float]:
         areas.append(mesh.vertex_areas_mm2()[kept])
     places, weights = np.concatenate(points), np.concatenate(areas)
     radius, found = bar.diameter_mm / 2, []
-    for middle in middles_mm(bar, BASE_MM):
+    for middle in sphere_centres_mm(bar, BASE_MM):
         arms = places - middle
         far = np.linalg.norm(arms, axis=1)
         # off the shaft and off the edge of what is seen

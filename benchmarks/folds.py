@@ -189,7 +189,7 @@ def one(options: CaptureOptions) -> dict[str, Any]:
 def counts(mesh: Mesh) -> dict[str, int]:
     """Folds of a surface by kind."""
     folds = find_folds(mesh)
-    found = (folds.turned, folds.points, folds.bent, folds.crossing, find_branching(mesh.faces))
+    found = (folds.flipped, folds.spikes, folds.bent, folds.crossing, find_branching(mesh.faces))
     return {name: len(places) for name, places in zip(COUNTED, found, strict=True)}
 
 

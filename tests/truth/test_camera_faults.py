@@ -28,7 +28,7 @@ from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.props.board import CALIBRATION_BOARD
 from limbgram.synthetic.props.room import Panel, make_room, shifted_about
 from limbgram.synthetic.rendering.developing import defocused, denoised, sharpened
-from limbgram.synthetic.rendering.renderer import Stage, nearness_of, render, silhouette
+from limbgram.synthetic.rendering.renderer import RenderScene, inverse_depth_of, render, silhouette
 from limbgram.synthetic.rendering.shading import Lighting, light_of
 from limbgram.synthetic.truth import ideal_camera, stage_truth, surface_points
 
@@ -154,7 +154,7 @@ def test_a_rolling_shutter_moves_the_limb_as_it_moves_the_board() -> None:
     readout = Readout(FEW.height_px, np.array([0.04, 0.0, 0.0]), np.zeros(3))
     light = light_of(Lighting(), view.camera_from_world, FEW.distance_mm, np.zeros(3))
     skin = np.full((2, 2, 4), 255, np.uint8)
-    stage = Stage((_far_panel(),), truth.limb, None, skin)
+    stage = RenderScene((_far_panel(),), truth.limb, None, skin)
     heights = []
     for read in (None, readout):
         lit = render(view, stage, light, 1, read)[..., 0] > 0.05
@@ -247,7 +247,7 @@ def test_depth_is_that_of_the_limb_and_of_the_table() -> None:
     truth = stage_truth(STAGE)
     view = truth.views[0]
     panels = make_room(FEW.seed, under_stand=True)[:1]
-    near = nearness_of(view, Stage(panels, truth.limb))
+    near = inverse_depth_of(view, RenderScene(panels, truth.limb))
     points = surface_points(truth, 200)
     in_camera = view.camera_from_world.apply(points.points_in_world[points.seen[:, 0]])
     at = np.rint(view.camera.project(in_camera)).astype(int)
@@ -265,7 +265,7 @@ def test_depth_is_that_of_the_limb_and_of_the_table() -> None:
 
 def test_the_lamps_part_and_the_rest_add_up_to_the_whole_light() -> None:
     view = stage_truth(STAGE).views[0]
-    stage = Stage(make_room(FEW.seed, under_stand=True))
+    stage = RenderScene(make_room(FEW.seed, under_stand=True))
     light = light_of(Lighting(), view.camera_from_world, FEW.distance_mm, np.zeros(3))
     lamp = light._replace(ambient=0.0, flash_strength=0.0)
     rest = light._replace(lamp_strength=0.0)

@@ -28,7 +28,7 @@ from typing import Any
 from limbgram.app.users import make_private
 from limbgram.cases.case_record import read_kept, write_json
 from limbgram.core.errors import CaseError, OptionsError, disk_finding, in_words
-from limbgram.core.files import held_alone
+from limbgram.core.files import file_lock
 from limbgram.core.typed import Mismatch, tree_of, value_of
 
 _LONGEST_LINE = 4096
@@ -108,7 +108,7 @@ class Journal:
         """
         try:
             make_private(self.folder)
-            with self._here, held_alone(self.folder / ".log.lock", wait=True):
+            with self._here, file_lock(self.folder / ".log.lock", wait=True):
                 self._put(self._anchor())
         except (OSError, RuntimeError) as error:  # RuntimeError: the account has no folder
             why = disk_finding(error) if isinstance(error, OSError) else in_words(f"{error}.")
@@ -133,7 +133,7 @@ class Journal:
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = Act(at=now, who=who, address=address, act=act, case=case, status=status)
         make_private(self.folder)
-        with self._here, held_alone(self.folder / ".log.lock", wait=True):
+        with self._here, file_lock(self.folder / ".log.lock", wait=True):
             flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
             file = os.open(self.file, flags, 0o600)
             try:

@@ -23,7 +23,7 @@ from limbgram.app.server_socket import Tls, configured, prompt_socket
 from limbgram.app.state import AppState
 from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import OptionsError, printable
-from limbgram.core.run import no_search_for_garbage
+from limbgram.core.run import garbage_collection_paused
 
 LOOPBACK = "127.0.0.1"
 
@@ -68,7 +68,7 @@ def serve_app(
     Args:
         ready: Called once requests are answered; gives the address for the browser.
     """
-    with no_search_for_garbage():
+    with garbage_collection_paused():
         routes = guarded(app_state)
     server = EndingServer(configured(routes, tls, lifespan="on"), app_state)
 

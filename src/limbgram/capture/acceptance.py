@@ -434,7 +434,7 @@ def align_with_calibrated(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndar
     gaps_mm = KDTree(points).query(calibrated.vertices_mm)[0]
     areas_mm2 = calibrated.vertex_areas_mm2()
     reached = float(areas_mm2[gaps_mm < _NEAR_MM].sum() / areas_mm2.sum())
-    return signed_on(calibrated).signed(points).signed_mm, reached
+    return signed_on(calibrated).query(points).signed_mm, reached
 
 
 def _require_use(artefact: Artefact, limits: Limits) -> None:

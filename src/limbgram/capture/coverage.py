@@ -112,7 +112,7 @@ def show_proxy(seen: CheckedScene, checked: Sequence[CheckedPhoto]) -> ShownProx
 
 def _usual_pixel(views: Sequence[View], proxy: LimbProxy) -> float:
     """The usual pixel at the middle of the limb, in units of the scene."""
-    sizes = [float(view.pixel_at(proxy.middle[None])[0]) for view in views]
+    sizes = [float(view.pixel_size_at(proxy.middle[None])[0]) for view in views]
     return float(np.median(sizes)) if sizes else math.inf
 
 

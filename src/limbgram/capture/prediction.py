@@ -165,7 +165,7 @@ def predict(
     square = chosen & (cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG)))
     normals = proxy.mesh.vertex_normals()
     count = chosen.sum(axis=1)
-    pixels = np.stack([view.pixel_at(cells) for view in views], axis=1) * showing.pixel_ratio
+    pixels = np.stack([view.pixel_size_at(cells) for view in views], axis=1) * showing.pixel_ratio
     along = np.stack([_tangential_motion(view, cells, normals) for view in views], axis=1)
     least = np.maximum(count, 1)[:, None]
     off = np.where(chosen[..., None], along, 0.0)

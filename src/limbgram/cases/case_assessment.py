@@ -320,7 +320,7 @@ def _require_same_place(case: CaseFolder, shape: Mesh, kept: Mesh) -> None:
     own = KDTree(kept.vertices_mm).query(compared)[0] <= _SAME_VERTEX_MM
     if own.mean() >= _LEAST_SAME:
         return
-    over_mm = signed_on(kept).signed(compared).signed_mm
+    over_mm = signed_on(kept).query(compared).signed_mm
     middle_mm = float(np.median(over_mm))
     uneven_mm = float(np.quantile(np.abs(over_mm - middle_mm), _EVEN_SHARE))
     if abs(middle_mm) <= _THICKEST_SOCK_MM and uneven_mm <= _EVEN_MM:

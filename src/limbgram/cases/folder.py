@@ -25,7 +25,7 @@ from typing import Literal
 
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.core.errors import AS_IS, CaseError, PhotoError, disk_finding, is_full
-from limbgram.core.files import held_alone, written_whole
+from limbgram.core.files import file_lock, written_whole
 from limbgram.findings import Finding
 from limbgram.reconstruction.photos.masks import (
     MASKS_FOLDER,
@@ -307,7 +307,7 @@ def locked(case: CaseFolder) -> Generator[None]:
     with ExitStack() as held:
         try:
             case.root.mkdir(parents=True, exist_ok=True)
-            ours = held.enter_context(held_alone(case.root / ".lock", wait=False))
+            ours = held.enter_context(file_lock(case.root / ".lock", wait=False))
         except OSError as error:
             raise cannot_be_made(case, error) from error
         if not ours:

@@ -6,9 +6,9 @@ Runs as `python -P -m limbgram.cases.job_process CASE`.
 import sys
 from importlib import import_module
 
-from limbgram.core.run import no_search_for_garbage
+from limbgram.core.run import garbage_collection_paused
 
 if __name__ == "__main__":
-    with no_search_for_garbage():
+    with garbage_collection_paused():
         worker = import_module("limbgram.cases.job_worker")
     sys.exit(worker.main())

@@ -115,7 +115,7 @@ def _hidden(mesh: Mesh, view: View, place_mm: Vector3, normal: Vector3) -> bool:
     size_mm = float(np.linalg.norm(np.ptp(mesh.vertices_mm, axis=0)))
     steps_mm = np.arange(_STEP_MM, min(distance_mm, size_mm, _STEP_MM * _MOST_STEPS), _STEP_MM)
     ray_mm = place_mm + _LIFT_MM * normal + steps_mm[:, None] * (to_camera / distance_mm)
-    return bool((signed_on(mesh).signed(ray_mm).signed_mm < -_LIFT_MM).any())
+    return bool((signed_on(mesh).query(ray_mm).signed_mm < -_LIFT_MM).any())
 
 
 def _patch(

@@ -15,7 +15,7 @@ from limbgram.app.options import LOCK_AFTER_MIN, NetworkOptions, ServeOptions
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError
-from limbgram.core.run import no_search_for_garbage
+from limbgram.core.run import garbage_collection_paused
 
 if TYPE_CHECKING:
     from limbgram.app.journal import Journal
@@ -248,7 +248,7 @@ def _users(cases: Path) -> "Users":
 
 
 def _journal(cases: Path, *, writing: bool = False) -> "Journal":
-    """The log of acts: an act that cannot be written down is not done."""
+    """The log of acts; `writing` refuses if it cannot be written."""
     with _libraries():
         from limbgram.app.journal import Journal
         from limbgram.app.users import ACCESS_FOLDER
@@ -267,9 +267,9 @@ def _password(*, from_input: bool) -> str:
 
 @contextmanager
 def _libraries() -> Generator[None]:
-    """Import what the app needs; say how to get it where it is not installed."""
+    """Import what the app needs; a refusal says how to install it."""
     try:
-        with no_search_for_garbage():
+        with garbage_collection_paused():
             yield
     except ModuleNotFoundError as error:
         if error.name not in _LIBRARIES:

@@ -23,7 +23,7 @@ from limbgram.reconstruction.photos.video import is_video
 from limbgram.report.drawings.coverage import coverage_picture
 
 _POLL_S = 0.5
-"""Between two looks at a folder; a file that changes between them is still being written."""
+"""Interval between two looks at a folder; a file that changes in it is still being written."""
 
 
 @answered
@@ -71,7 +71,7 @@ def check_command(
 
 
 def check_lines(found: CaptureCheck) -> tuple[str, ...]:
-    """The answer, what stands in its way, what is worth a look, and what is wrong with photos."""
+    """The answer, findings, notes, and remarks on single photos."""
     notes = [f"  {one.name}: {spoken(remark)}" for one in found.photos for remark in one.remarks]
     more = map(spoken, (*found.findings[1:], *found.notes))
     return (
@@ -82,7 +82,7 @@ def check_lines(found: CaptureCheck) -> tuple[str, ...]:
 
 
 def _texture(found: CaptureCheck) -> tuple[str, ...]:
-    """How dense the feature points lie on the limb, where its size is known."""
+    """Density of feature points on the limb, if its size is known."""
     dense = sorted(
         (one.features_per_cm2, one.name)
         for one in found.photos

@@ -60,7 +60,7 @@ def compare_command(
 
 
 def _doubted(limbs: Sequence[Limb], reply: Reply) -> Reply:
-    """The same reply, which begins with what is to be said against a shape."""
+    """The reply, preceded by doubts about the shapes."""
     doubts = [
         note("compare.red_shape", name=limb.name, doubt=limb.doubt)
         for limb in limbs
@@ -72,7 +72,7 @@ def _doubted(limbs: Sequence[Limb], reply: Reply) -> Reply:
 
 
 def _course(series: Series) -> bytes:
-    """Drawn only where asked: what draws takes longer to import than most shapes to compare."""
+    """Imports on demand: they take longer than most comparisons."""
     from limbgram.report.drawings.drawing import png
     from limbgram.report.drawings.time_course import course_drawing
 

@@ -1,7 +1,7 @@
 """`limbgram edit`: a recipe of edits made, changed, compared, and done to a scan."""
 
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, Any
 
 import typer
 
@@ -14,7 +14,7 @@ from limbgram.cli.shape_options import (
     shape_of,
 )
 from limbgram.core.errors import OptionsError, with_full_stop
-from limbgram.core.files import other, require, toml_of, write_file
+from limbgram.core.files import other, require, toml_of, write_bytes
 from limbgram.core.request_fields import Declared, declared, purpose_of
 from limbgram.core.typed import tree_of, words_of_type
 from limbgram.findings import note
@@ -270,15 +270,11 @@ def _expected(one: Declared) -> str:
 
 def _kept(path: Path, recipe: Recipe) -> Reply:
     """Write a recipe's file and list its edits."""
-    content = encode_recipe(recipe)
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(content)
 
     def check(written: Path) -> None:
         require(read_recipe(written) == recipe, other(path.name, "recipe"))
 
-    write_file(path, encode, check)
+    write_bytes(path, encode_recipe(recipe), check)
     return _recipe_reply(recipe)
 
 

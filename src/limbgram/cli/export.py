@@ -22,7 +22,7 @@ from limbgram.services.export import EXPORTS, FOR_CARVERS, Export, Exported, Gco
 from limbgram.workbench.limb import Side
 
 KINDS = tuple(EXPORTS)
-"""Kinds of file that are written."""
+"""Kinds of file that can be written."""
 _KEPT = " and ".join(one.name for one in FORMATS if {"colours", "sigma"} <= one.keeps)
 
 
@@ -80,7 +80,7 @@ def export_command(
 
 
 def reply_of(exported: Exported) -> Reply:
-    """What was written, after what was odd about the shape's file."""
+    """The reply: notes on the shape's file, then what was written."""
     notes = exported.limb.notes
     return Reply(
         (
@@ -97,10 +97,9 @@ def reply_of(exported: Exported) -> Reply:
 
 
 def _free_default(shape: Path, to: str) -> Path:
-    """Beside the shape under its name; kinds of shape under one that says that they are exports,
-    so that nobody takes them for the scan.
+    """The default path: the shape's name with the new ending; `-export-KIND` marks shape formats.
 
-    A file that lies there may be a scan or a case's own: nobody has said that it may go.
+    An existing file is never replaced: it may be a scan, or a case's own.
     """
     path = shape.with_name(f"{shape.stem}.{to}")
     kind = format_of(path)

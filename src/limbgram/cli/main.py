@@ -21,7 +21,7 @@ from typer.main import get_command
 
 from limbgram.cli.replies import refuse_in_json
 from limbgram.core.errors import printable
-from limbgram.core.run import NEUTRAL_FOLDER, no_search_for_garbage
+from limbgram.core.run import NEUTRAL_FOLDER, garbage_collection_paused
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
@@ -155,11 +155,11 @@ COMMANDS = {
 
 
 _UsageError: Any = typer.BadParameter.__base__
-"""What is raised where the words of a command line make no sense; typer names it nowhere else."""
+"""Click's UsageError, raised for a command line that cannot be parsed; typer does not export it."""
 
 
 class Commands(TyperGroup):
-    """All commands by name and line; the one that is called comes out of its file."""
+    """The group of all commands; a command's module is imported when it is called."""
 
     def main(
         self,
@@ -170,9 +170,9 @@ class Commands(TyperGroup):
         windows_expand_args: bool = True,
         **extra: Any,
     ) -> Any:
-        """Do what the words say; with --json among them a refusal of the words is JSON too."""
-        words = sys.argv[1:] if args is None else list(args)
-        in_json = standalone_mode and "--json" in words
+        """Run the command line; with --json among the arguments usage errors are JSON too."""
+        arguments = sys.argv[1:] if args is None else list(args)
+        in_json = standalone_mode and "--json" in arguments
         alone = standalone_mode and not in_json
         try:
             ended = super().main(args, prog_name, complete_var, alone, windows_expand_args, **extra)
@@ -202,7 +202,7 @@ class Commands(TyperGroup):
 
 @contextmanager
 def _printable() -> Generator[None]:
-    """A refusal of the words quotes them, and they may be names of files from anywhere."""
+    """Escape usage errors: they quote arguments, which may be file names from anywhere."""
     try:
         yield
     except _UsageError as error:
@@ -210,15 +210,15 @@ def _printable() -> Generator[None]:
         raise
 
 
-_ONE_BY_ONE = "OPENBLAS_NUM_THREADS"
-"""Set to 1, matrix products add up in one order: the same bytes on any number of processors, and
-no threads that spin while they wait. Larger pieces of work are shared out over threads anyway."""
+_BLAS_THREADS = "OPENBLAS_NUM_THREADS"
+"""Set to 1, so that matrix products have the same bytes on any number of processors and no threads
+spin while they wait. Larger work is spread over threads by `core.run.in_parallel`."""
 
 
 def loaded(name: str) -> Any:
-    """A command with its options, out of its file."""
-    os.environ.setdefault(_ONE_BY_ONE, "1")  # read once, when numpy is first imported
-    # where it keeps its list of fonts, and that it makes one, is nothing to tell on a terminal
+    """A command with its options, imported from its module."""
+    os.environ.setdefault(_BLAS_THREADS, "1")  # read once, when numpy is first imported
+    # Else matplotlib tells on the terminal that it builds its font cache.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     if _SETTINGS_LEFT_ALONE not in sys.meta_path:
         sys.meta_path.insert(0, _SETTINGS_LEFT_ALONE)
@@ -233,7 +233,7 @@ def loaded(name: str) -> Any:
 
 
 def _imported(module: str) -> ModuleType:
-    """A module, imported away from the user's files."""
+    """A module, imported in `NEUTRAL_FOLDER`."""
     if module in sys.modules:
         return sys.modules[module]
     try:
@@ -244,7 +244,7 @@ def _imported(module: str) -> ModuleType:
             "the command again."
         ) from error
     try:
-        with no_search_for_garbage(), chdir(NEUTRAL_FOLDER):
+        with garbage_collection_paused(), chdir(NEUTRAL_FOLDER):
             return import_module(module)
     except RuntimeError as error:
         if "no locator available" not in str(error):  # numba's words; it has no class for it
@@ -256,8 +256,8 @@ def _imported(module: str) -> ModuleType:
         ) from error
 
 
-class _Away(SourceFileLoader):
-    """Loads a library away from the user's files."""
+class _NeutralLoader(SourceFileLoader):
+    """Loads a library in `NEUTRAL_FOLDER`."""
 
     def exec_module(self, module: ModuleType) -> None:
         with chdir(NEUTRAL_FOLDER):
@@ -281,7 +281,7 @@ class _SettingsLeftAlone:
         return spec_from_file_location(
             fullname,
             found.origin,
-            loader=_Away(fullname, found.origin),
+            loader=_NeutralLoader(fullname, found.origin),
             submodule_search_locations=found.submodule_search_locations,
         )
 
@@ -304,7 +304,7 @@ def _group(kind: type[TyperGroup]) -> typer.Typer:
 
 
 def _listed() -> typer.Typer:
-    """The commands by name and line alone."""
+    """The commands with their help lines, none imported."""
     group = _group(Commands)
     for name, (_, line) in COMMANDS.items():
         group.command(name, help=line)(_nothing)
@@ -324,11 +324,11 @@ def _root(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="The version.")
     ] = False,
 ) -> None:
-    """Stands above the commands: its own options are done before any of them."""
+    """The group's own options, which are eager."""
 
 
 def _nothing() -> None:
-    """Stands where typer wants a function."""
+    """Placeholder of a command that is not imported yet."""
 
 
 app = _listed()

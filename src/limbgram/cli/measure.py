@@ -115,7 +115,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
 
 
 def _intervals(measures: Measures) -> Iterator[Interval | None]:
-    """Those of the figures that the lines show with their ±."""
+    """The intervals of the figures that the lines show with ±."""
     tapes = (row.figures["tape_mm"] for row in measures.rows if row.level is not None)
     lengths = ((one.along_axis, one.straight, one.over_surface) for one in measures.lengths)
     figures = chain(tapes, (row.volume_mm3 for row in measures.volumes), *lengths)
@@ -124,7 +124,7 @@ def _intervals(measures: Measures) -> Iterator[Interval | None]:
 
 
 def _notes(limb: Limb, measures: Measures) -> Iterator[Finding]:
-    """What was said of the limb; of landmarks that nobody confirmed, those that the table uses."""
+    """Notes of the limb; of unconfirmed landmarks only those that the table uses."""
     ends = [name for one in measures.lengths for name in (one.start, one.end)]
     said = unconfirmed_finding(limb, [*ends, *([measures.reference] if measures.reference else [])])
     if said is not None:
@@ -165,7 +165,7 @@ def _along_lines(found: AlongCentreline) -> Iterator[str]:
 
 
 def _skin_lines(measures: Measures) -> Iterator[str]:
-    """Which skin of a wall was measured, and how thick it is."""
+    """Which surface of a wall was measured, and the wall's thickness."""
     if measures.skin == "inside":
         yield "Measured: the INSIDE of the wall. Areas and volumes are of what it holds."
     if measures.skin == "outside":
@@ -233,7 +233,7 @@ def _fit_lines(fitted: TapeFit | None, before: Limb) -> list[str]:
 
 
 def _of_fit(fitted: TapeFit, before: Limb) -> tuple[Finding, ...]:
-    """What is said of the fitted shape alone."""
+    """Notes of the fitted shape that the limb before did not have."""
     return fitted.limb.notes[len(before.notes) :]
 
 

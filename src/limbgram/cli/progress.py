@@ -1,4 +1,4 @@
-"""Progress: one line a stage with the time left on a terminal, plain lines or JSON elsewhere."""
+"""Progress: a bar for each stage on a terminal, plain lines or JSON elsewhere."""
 
 import json
 import sys
@@ -35,7 +35,7 @@ class Display:
     _since: float = field(default_factory=time.monotonic)
 
     def show(self, event: Event) -> None:
-        """Show one event; unknown ones only in JSON."""
+        """Show one event; unknown events only as JSON."""
         if self.kind == "json":
             sys.stderr.write(json.dumps(event) + "\n")
             sys.stderr.flush()
@@ -51,11 +51,11 @@ class Display:
                 pass
 
     def listen(self, stage: str, done: int, total: int) -> None:
-        """As the listener of a Run in this process."""
+        """The listener of a Run in this process."""
         self.show({"event": "progress", "stage": stage, "done": done, "total": total})
 
     def close(self) -> None:
-        """The last stage is over."""
+        """End the last stage."""
         self._end_stage()
         self._stage = ""
 
@@ -86,7 +86,7 @@ class Display:
 
 @contextmanager
 def display(as_json: bool) -> Generator[Display]:
-    """Show progress on standard error, as that is a terminal, a file, or read by a machine."""
+    """Show progress on standard error: bars on a terminal, else lines, or JSON."""
     console = Console(stderr=True, highlight=False)
     bars = Progress(
         TextColumn("{task.description:<28}"),

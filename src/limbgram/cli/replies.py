@@ -1,4 +1,4 @@
-"""Replies: what a command says at its end, for people or as JSON, and its exit code."""
+"""Replies: the answer of a command, for people or as JSON, and its exit code."""
 
 import inspect
 import json
@@ -31,7 +31,7 @@ from limbgram.findings import LANGUAGES, Finding, told
 P = ParamSpec("P")
 
 _SMALLEST, _LARGEST = 1e-9, 1e9
-"""Millimetres, degrees and shares of one lie between; 0 is asked for by itself."""
+"""Magnitudes of numbers that options accept besides 0."""
 _COLOURS = {"green": "green", "amber": "yellow", "red": "bold red"}
 
 
@@ -44,18 +44,17 @@ class Reply:
     content: Any
     """For machines."""
     light: str = ""
-    """Green, amber or red where the first line is a verdict: it has that colour on a terminal, and
-    a red one its own exit code, whatever was written."""
+    """Green, amber or red if the first line is a verdict: its colour on a terminal. Red has its own
+    exit code."""
     exit_code: int = 0
-    """Of an answer that is neither done nor red."""
+    """Exit code of an answer that is not red."""
 
 
 def answered(command: Callable[P, Reply | None]) -> Callable[P, None]:
     """Make a command print its reply, or its refusal without a traceback, and exit by its code.
 
-    What the system says about a file, where nobody below knew better advice, is a refusal too.
-    With `as_json` the only thing on standard output is one JSON document. A command that only leads
-    to another one has no reply.
+    An OSError that reaches this place is a refusal too. With `as_json` standard output is one JSON
+    document. A command that only has sub-commands returns None.
     """
 
     @wraps(command)
@@ -63,8 +62,8 @@ def answered(command: Callable[P, Reply | None]) -> Callable[P, None]:
         as_json = bool(kwargs.get("as_json", False))
         try:
             _require_measures(kwargs, command)
-            with _ended_as_by_ctrl_c():
-                reply = _done(command, *args, **kwargs)
+            with _sigterm_as_ctrl_c():
+                reply = _run(command, *args, **kwargs)
         except LimbgramError as error:
             _refuse(error, as_json)
             raise typer.Exit(error.exit_code) from error
@@ -88,8 +87,8 @@ def answered(command: Callable[P, Reply | None]) -> Callable[P, None]:
 
 
 @contextmanager
-def _ended_as_by_ctrl_c() -> Generator[None]:
-    """SIGTERM, by which a system asks a program to end, does what Ctrl-C does."""
+def _sigterm_as_ctrl_c() -> Generator[None]:
+    """SIGTERM raises KeyboardInterrupt, as Ctrl-C does."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -101,10 +100,10 @@ def _ended_as_by_ctrl_c() -> Generator[None]:
 
 
 def _require_measures(options: Mapping[str, object], command: Callable[..., object]) -> None:
-    """Refuse typed numbers that measure nothing: inf, nan, 1e400 and 1e-308 are numbers to typer.
+    """Refuse numbers that are no measure but that typer accepts: inf, nan, 1e400, 1e-308.
 
     Raises:
-        OptionsError: a number is none, or beyond all measure.
+        OptionsError: there is such a number.
     """
     for name, value in options.items():
         for number in cast(list[object], value) if isinstance(value, list) else [value]:
@@ -115,9 +114,9 @@ def _require_measures(options: Mapping[str, object], command: Callable[..., obje
 
 
 def _flag(command: Callable[..., object], name: str) -> str:
-    """What the command line calls a parameter, without the two dashes.
+    """The option's name on the command line, without the two dashes.
 
-    Beside a type, typer keeps the first name of an option as its default.
+    In an `Annotated` type, typer keeps the first name of an option as its default.
     """
     beside = get_args(inspect.signature(command).parameters[name].annotation)[1:]
     options = [one for one in beside if isinstance(one, OptionInfo)]
@@ -126,11 +125,11 @@ def _flag(command: Callable[..., object], name: str) -> str:
     return next(long, name.replace("_", "-"))
 
 
-def _done(command: Callable[P, Reply | None], *args: P.args, **kwargs: P.kwargs) -> Reply | None:
+def _run(command: Callable[P, Reply | None], *args: P.args, **kwargs: P.kwargs) -> Reply | None:
     try:
         return command(*args, **kwargs)
     except OSError as error:
-        if error.errno is None:  # no answer of the system: a fault of ours
+        if error.errno is None:  # not from the system: a bug of ours
             raise
         raise CaseError.of(disk_finding(error)) from error
 
@@ -143,18 +142,18 @@ def _say(reply: Reply) -> None:
 
 
 def spoken(finding: Finding) -> str:
-    """A finding in the language of the terminal."""
+    """A finding's sentence and advice in the language of the terminal."""
     return told(finding, language())
 
 
 def language() -> str:
-    """Of the terminal; English where LIMBGRAM_LANGUAGE names none of ours."""
+    """Language of the terminal, by LIMBGRAM_LANGUAGE; English by default."""
     asked = os.environ.get("LIMBGRAM_LANGUAGE", "")[:2].lower()
     return asked if asked in LANGUAGES else LANGUAGES[0]
 
 
 def refuse_in_json(kind: str, message: str, exit_code: int, finding: Finding | None = None) -> None:
-    """A refusal as the one JSON document on standard output."""
+    """Write a refusal as a JSON document to standard output."""
     error: dict[str, Any] = {"kind": kind, "message": message}
     if finding is not None:
         error["finding"] = finding.tree()

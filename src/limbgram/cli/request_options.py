@@ -1,4 +1,4 @@
-"""Request options: options of the command line, made of what requests say of their fields.
+"""Request options: command-line options generated from the fields of requests.
 
     @asking
     def measure_command(shape: ShapeArgument, ask: MeasureRequest) -> Reply: ...
@@ -24,19 +24,19 @@ from limbgram.core.request_fields import Declared, bare, declared
 R = TypeVar("R")
 
 _NO_LIMIT = 1e9
-"""Beyond it stands what nobody comes to."""
+"""Limits above this are not shown in help."""
 
 
 @dataclass(frozen=True)
 class Kinds:
-    """Several kinds of one request, of which an option chooses one."""
+    """Alternative request types, of which an option chooses one."""
 
     requests: Mapping[str, type]
     by: str
-    """The parameter of the command that has the name of the kind."""
+    """The command's parameter that names the kind."""
 
     def options(self) -> list[inspect.Parameter]:
-        """Each once, with the names of the kinds that have it."""
+        """The options of all kinds, each once, with the names of the kinds that have it."""
         fields: dict[str, dict[str, Declared]] = {}
         for kind, request in self.requests.items():
             for field in declared(request):
@@ -44,7 +44,7 @@ class Kinds:
         return [_option(next(iter(of.values())), of) for of in fields.values()]
 
     def made(self, given: dict[str, Any], kind: str) -> Any:
-        """The request of a kind; takes the options of all kinds out of what was given.
+        """The request of a kind; pops the options of all kinds from `given`.
 
         Raises:
             OptionsError: an option of another kind was typed, or a number beyond its limits.
@@ -66,7 +66,7 @@ class Kinds:
 
 
 def asking(command: Callable[..., R]) -> Callable[..., R]:
-    """The command with options in the place of its requests."""
+    """Replace the request parameters of a command by options for their fields."""
     plain = inspect.signature(command)
     requests = {
         name: one.annotation
@@ -95,10 +95,10 @@ def asking(command: Callable[..., R]) -> Callable[..., R]:
 
 
 def made(request: Callable[..., R], given: Mapping[str, Any]) -> R:
-    """A request from the options that were typed; what was not typed has its default.
+    """A request from the options that were typed; the others have their defaults.
 
     Raises:
-        OptionsError: a number beyond its limits, or a text that cannot be meant.
+        OptionsError: a number beyond its limits, or a text that cannot be read.
     """
     values: dict[str, Any] = {}
     for field in declared(cast(type, request)):
@@ -120,7 +120,7 @@ def _read(field: Declared, typed: Any) -> Any:
 
 
 def _choices_of_each(field: Declared) -> tuple[str, ...]:
-    """The words of which several are chosen; empty where any are."""
+    """The choices of a repeatable Literal; empty for other fields."""
     each = bare(get_args(field.hint)[0]) if field.several else None
     return get_args(each) if get_origin(each) is Literal else ()
 
@@ -154,9 +154,9 @@ def _options(request: Any) -> list[inspect.Parameter]:
 
 
 def _option(field: Declared, of: Mapping[str, Declared] | None = None) -> inspect.Parameter:
-    """One option: None where nothing is typed, so that the request's own default stands.
+    """One option; its default is None, so that the request's own default applies.
 
-    A truth value is a switch, which is off in every request that nobody switches.
+    A boolean is a flag, off by default in every request.
 
     Args:
         of: The same field in each kind that has it.
@@ -164,7 +164,7 @@ def _option(field: Declared, of: Mapping[str, Declared] | None = None) -> inspec
     several, words = field.several, _choices_of_each(field)
     each = bare(get_args(field.hint)[0]) if several else field.hint
     each = each if field.text is None else str
-    if words:  # typer knows several of an Enum, not of a Literal
+    if words:  # typer repeats options of an Enum, not of a Literal
         each = Enum(field.name, [(one, one) for one in words])
     hint = list[each] if several else each
     meaning = f"{', '.join(of)}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
@@ -172,7 +172,7 @@ def _option(field: Declared, of: Mapping[str, Declared] | None = None) -> inspec
     option = typer.Option(
         f"--{field.flag}",
         help=meaning + (" Repeatable." if several else "") + _defaults(field, of),
-        show_default=False,  # typer would put it in brackets of its own
+        show_default=False,  # it stands in the help text
         rich_help_panel=field.panel,
     )
     needed = field.required and not of
@@ -192,7 +192,7 @@ def _limits(field: Declared) -> str:
 
 
 def _defaults(field: Declared, of: Mapping[str, Declared] | None) -> str:
-    """The default, and of which kind it is where kinds have different ones."""
+    """The default in words, by kind if the kinds differ."""
     by_kind = {kind: _default(one) for kind, one in (of or {"": field}).items()}
     if len({*by_kind.values()}) > 1:
         told = ", ".join(f"{kind} {value}" for kind, value in by_kind.items() if value)

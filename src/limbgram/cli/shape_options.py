@@ -1,4 +1,4 @@
-"""Shape options: what all commands on shapes share: a file, its unit, names that files may have."""
+"""Shape options: arguments and checks that all commands on shapes share."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +13,7 @@ from limbgram.formats.units import mm_per_unit_of
 
 _NAMES = [suffix[1:].upper() for suffix in SUFFIXES]
 READ = f"{', '.join(_NAMES[:-1])} or {_NAMES[-1]}"
-"""The formats that are read, as help says them."""
+"""The formats that are read, for help."""
 ShapeArgument = Annotated[Path, typer.Argument(help=f"The shape: {READ}.")]
 AlignedShape = Annotated[Path, typer.Argument(help=f"The aligned shape: {READ}.")]
 UnitOption = Annotated[
@@ -27,20 +27,20 @@ UnitOfAll = Annotated[
 
 
 def shape_of(path: Path, unit: str | None) -> ShapeFile:
-    """Read a shape; without a typed unit its limb file says it, else the file, else millimetres.
+    """Read a shape; the unit is the one given, else the limb file's, else the file's, else mm.
 
     Raises:
-        OptionsError: the unit is none.
+        OptionsError: the unit is not known.
         ShapeFileError: the file cannot be read, or is no limb in that unit.
     """
     return read_shape(path, None if unit is None else mm_per_unit_of(unit))
 
 
 def require_output(path: Path | None, ending: str, what: str) -> None:
-    """Refuse a name that would hide what the file is, or take the place of a scan.
+    """Refuse an output path with another ending, or that could not be written.
 
     Raises:
-        OptionsError: the name ends otherwise than files of this kind do.
+        OptionsError: another ending, or a limb file's name.
         ExportError: its folder is missing, or may not be written to.
     """
     if path is not None and path.suffix.lower() != ending:
@@ -52,20 +52,20 @@ def require_output(path: Path | None, ending: str, what: str) -> None:
 
 
 def require_no_shape(path: Path, what: str) -> None:
-    """Refuse to write what is no shape under the name of one.
+    """Refuse a shape's ending for a file that is no shape.
 
     Raises:
-        OptionsError: the name ends as a shape's does.
+        OptionsError: the path has such an ending.
     """
     if path.suffix.lower() in SUFFIXES:
         raise OptionsError("options.output.shape_name", name=path.name, what=what)
 
 
 def require_apart(path: Path | None, read: Path) -> None:
-    """Refuse to write over a file that is read, or where nothing can be written.
+    """Refuse an output path that is the input, or that could not be written.
 
     Raises:
-        OptionsError: they are one file.
+        OptionsError: both are one file.
         ExportError: its folder is missing, or may not be written to.
     """
     if path is not None and path.resolve() == read.resolve():

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -18,7 +18,7 @@ from limbgram.cli.shape_options import (
     shape_of,
 )
 from limbgram.core.errors import OptionsError, with_full_stop
-from limbgram.core.files import other, require, write_bytes, write_file
+from limbgram.core.files import other, require, write_bytes
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.typed import tree_of
 from limbgram.formats.export_checks import as_kept
@@ -161,14 +161,11 @@ def show_command(
 def _write(template: Template, path: Path) -> Path:
     content = encode_template(template)
 
-    def encode(stream: BinaryIO) -> None:
-        stream.write(content)
-
     def check(written: Path) -> None:
         again = encode_template(read_template(written))
         require(again == content, other(path.name, "template"))
 
-    return write_file(path, encode, check)
+    return write_bytes(path, content, check)
 
 
 def _lines(template: Template) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""`limbgram warm-up`: what is compiled at first use, compiled now."""
+"""`limbgram warm-up`: compiles now what would be compiled at first use."""
 
 import subprocess
 import sys
@@ -48,7 +48,7 @@ def warm_up_command(
 
 
 def _go_all_the_way(capture: Path, folder: Path, run: Run) -> None:
-    """From photos taken for it to a carver's program."""
+    """Run all stages, from rendered photos to a carver's program."""
     run(make_capture, capture, CAPTURE)
     camera = calibrate_photos([capture / "calibration"], CALIBRATION_BOARD.board, run).calibration
     given = Capture(
@@ -64,17 +64,17 @@ def _go_all_the_way(capture: Path, folder: Path, run: Run) -> None:
 
 @contextmanager
 def second_process(capture: Path, folder: Path) -> Generator[None]:
-    """Let `warm_up_worker` work beside; with one processor alone it would only be in the way."""
+    """Run `warm_up_worker` in parallel, if there is a second processor."""
     if worker_count() == 1:
         yield
         return
     command = [sys.executable, "-P", "-m", "limbgram.cli.warm_up_worker", str(capture), str(folder)]
-    nowhere = subprocess.DEVNULL
-    ahead = subprocess.Popen(
-        command, cwd=NEUTRAL_FOLDER, env=environment(), stdout=nowhere, stderr=nowhere
+    quiet = subprocess.DEVNULL
+    worker = subprocess.Popen(
+        command, cwd=NEUTRAL_FOLDER, env=environment(), stdout=quiet, stderr=quiet
     )
     try:
         yield
     finally:
-        ahead.kill()
-        ahead.wait()
+        worker.kill()
+        worker.wait()

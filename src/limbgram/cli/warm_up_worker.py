@@ -1,10 +1,10 @@
 """Warm-up worker: the second process of `limbgram warm-up`; it compiles the later stages.
 
-In      the folder in which the first process puts its capture, and one to write into.
+In      the folder in which the first process writes its capture, and one to write into.
 Out     compiled code in the cache that both share.
-Method  the surface and its measurement from the truth: the limb's own vertices for a cloud, the
-        true views for a scene, and the photos as soon as they are taken.
-Fails   as the stages do, or because the capture never comes: then the first compiles the rest.
+Method  inputs from the truth instead of earlier stages: the limb's vertices as the cloud, the true
+        views as the scene, and the photos as soon as they exist.
+Fails   as the stages do, or if the capture never appears: then the first compiles the rest.
 Runs as `python -P -m limbgram.cli.warm_up_worker CAPTURE FOLDER`.
 """
 
@@ -49,17 +49,17 @@ from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import make_edit
 
 CAPTURE = replace(SMALL, photos=14, samples=2, mesh_step_mm=1.8)
-"""The smallest that goes all the way."""
+"""The smallest capture that passes all stages."""
 _LOOK_S = 0.2
 _LONGEST_S = 120.0
-"""Until the capture is given up."""
+"""Timeout for the capture to appear."""
 _EDGE_MM = 1.6
 
 
 def compile_later_stages(
     capture: Path, folder: Path, run: Run, options: CaptureOptions = CAPTURE
 ) -> Mesh | None:
-    """Compile the surface, its measurement and the workbench; the surface if it was measured."""
+    """Compile surface, measurement and workbench; returns the surface if it was measured."""
     truth = stage_truth(options)
     scene = _scene(truth)
     cloud = _cloud(truth.limb.mesh, truth.limb.cut, options.mesh_step_mm)
@@ -67,7 +67,7 @@ def compile_later_stages(
     parts = run(tell_parts, wrapped, cloud, scene.scene.views)
     even = run(refine, run(repair, parts, cloud), _EDGE_MM)
     measured = None
-    if _waited_for(capture):
+    if _appears(capture):
         photos = run(read_photos, (capture / "images",))
         measured = run(measure, photos, scene, even)
     run(work_on_shape, Limb(mesh=truth.limb.mesh), folder / "ahead.gcode")
@@ -75,7 +75,7 @@ def compile_later_stages(
 
 
 def work_on_shape(limb: Limb, program: Path) -> None:
-    """What the workbench compiles besides."""
+    """Run what the workbench compiles."""
     up = np.array([0.0, 0.0, 1.0])
     limb = align(limb, AlignOptions(side="none", axis=up, anterior=np.array([0.0, 1.0, 0.0])))
     offset(limb.mesh, -0.5)
@@ -94,7 +94,7 @@ def work_on_shape(limb: Limb, program: Path) -> None:
 
 
 def _edit_in_every_way(limb: Limb) -> None:
-    """Each edit as its example has it; one that names what this limb lacks does nothing."""
+    """Apply the example of each edit; edits that this limb refuses are skipped."""
     place = limb.aligned().mesh_in_limb.vertices_mm[limb.mesh.faces[0, 0]]
     x, y, z = place.tolist()
     do_edit(limb, Relieve(at=(x, y, z), depth_mm=4.0, falloff_mm=20.0))
@@ -104,14 +104,14 @@ def _edit_in_every_way(limb: Limb) -> None:
 
 
 def _follow() -> None:
-    """A point from one photo into another, as where photos are larger than those of the capture."""
+    """Track a point between photos, which the small photos of the capture do not need."""
     noise = np.random.default_rng(1).integers(0, 256, (128, 128), dtype=np.uint8)
     photo, expected = build_pyramid(noise), np.array([[64.0, 1.0, 0.0, 64.0, 0.0, 1.0]])
     follow(photo, photo, expected[:, [0, 3]], expected, WindowOptions())
 
 
-def _waited_for(capture: Path) -> bool:
-    """Whether the capture, which appears whole, came in time."""
+def _appears(capture: Path) -> bool:
+    """Wait for the capture, which is written atomically; False on timeout."""
     give_up = time.monotonic() + _LONGEST_S
     while not capture.is_dir() and time.monotonic() < give_up:
         time.sleep(_LOOK_S)
@@ -119,7 +119,7 @@ def _waited_for(capture: Path) -> bool:
 
 
 def _cloud(limb: Mesh, cut: Bool[np.ndarray, " n"], step_mm: float) -> Cloud:
-    """The skin's vertices as if depth maps had found them."""
+    """The skin's vertices as a cloud, as if fused from depth maps."""
     skin = np.flatnonzero(~cut)
     normals = limb.vertex_normals()[skin]
     return Cloud(
@@ -132,7 +132,7 @@ def _cloud(limb: Mesh, cut: Bool[np.ndarray, " n"], step_mm: float) -> Cloud:
 
 
 def _scene(truth: Truth) -> MetricScene:
-    """The true cameras, as if they had been found with a small error."""
+    """The true cameras as a scene, with a small covariance."""
     names = tuple(view.name for view in truth.views)
     numbers = POSE_SIZE * len(names) + LENS_SIZE
     scene = Scene(

@@ -14,6 +14,7 @@ LimbgramError            exit code
     MatchingError            4   the photos do not overlap, or show nothing to match
     BudgetError              4   the work needs more memory than it may use
     PlacementError           4   the photos cannot be joined to one scene
+    PlanError                4   no capture as asked reaches the accuracy asked for
     ScaleError               4   no scale, or lengths that contradict each other
     RegionError              4   the limb cannot be told from its surroundings
     DenseError               4   too little of the surface could be measured
@@ -23,7 +24,7 @@ LimbgramError            exit code
     CarveError               4   the shape cannot be carved or spoken in a format
     ExportError              5   a file could not be written and verified
     MissingError             3   there is nothing of the name that was asked for
-    cases.supervision.JobDied
+    cases.job_supervision.JobDied
                              6   the system or a library ended the program
     Cancelled              130   the user asked to stop
 
@@ -45,24 +46,24 @@ from typing import Any, Self
 from limbgram.findings import Finding, Value, fault, told
 
 RED_EXIT_CODE = 7
-"""Of a command whose own answer is a red verdict."""
+"""Exit code of a command whose answer is a red verdict."""
 UNDECIDED_EXIT_CODE = 8
-"""Of a test of which nobody can tell how it ended."""
+"""Exit code of a test that can neither be passed nor failed."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _IN_THE_WAY = (errno.EISDIR, errno.ENOTDIR, errno.EEXIST, errno.ENOTEMPTY)
 AS_IS = "said.as_is"
-"""Code of what a library, a system or an earlier version said, in its own words."""
+"""Code of a message quoted from a library, the system or an earlier version."""
 _CODE = re.compile(r"[a-z][a-z0-9_]*(\.[a-z0-9_]+)+")
-_UNSEEN = ("Cc", "Cs", "Zl", "Zp")
+_CONTROL = ("Cc", "Cs", "Zl", "Zp")
 _REORDERING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
-"""Make a terminal show text in another order than it stands: `gpj.exe` as `exe.jpg`."""
+"""Characters that reorder text on a terminal: `gpj.exe` reads as `exe.jpg`."""
 
 
 class LimbgramError(Exception):
-    """Root of every refusal; `exit_code` is what the command line returns.
+    """Base of every refusal; the command line ends with its `exit_code`.
 
-    `EditError("edit.wall.thin", least_mm=2.0)` carries a finding, which words of that code tell;
-    as a text it is the English sentence and advice.
+    `EditError("edit.wall.thin", least_mm=2.0)` carries the finding of that code; its text is the
+    finding's English sentence and advice.
     """
 
     exit_code = 4
@@ -76,7 +77,7 @@ class LimbgramError(Exception):
 
     @classmethod
     def of(cls, finding: Finding) -> Self:
-        """The refusal that has this finding."""
+        """The refusal that carries this finding."""
         error = cls.__new__(cls)
         Exception.__init__(error, finding.code)
         error.finding = finding
@@ -127,7 +128,7 @@ class PlacementError(LimbgramError):
 
 
 class PlanError(LimbgramError):
-    """A capture as asked cannot reach what is asked of it."""
+    """No capture as asked reaches the accuracy asked for."""
 
 
 class ScaleError(LimbgramError):
@@ -182,7 +183,7 @@ class Cancelled(LimbgramError):
 
 @contextmanager
 def refusals_saying(more: Callable[[Finding], Finding]) -> Generator[None]:
-    """Let refusals of edits say more than those who raise them know."""
+    """Change the finding of an EditError on its way out."""
     try:
         yield
     except EditError as error:
@@ -191,41 +192,41 @@ def refusals_saying(more: Callable[[Finding], Finding]) -> Generator[None]:
 
 
 def refusals_about(what: str) -> AbstractContextManager[None]:
-    """Let refusals of edits say what was being made, the subject of their sentences.
+    """Give the EditErrors raised inside a subject: what was being made.
 
-    Helpers do not know for whom they work; who runs them does. The innermost name counts.
+    Shared functions do not know which edit calls them. The innermost subject counts.
     """
     return refusals_saying(lambda finding: finding.about(what))
 
 
 def in_words(message: str) -> Finding:
-    """What a library or an earlier version said, in its own words."""
+    """The finding that quotes a message of a library or an earlier version."""
     return fault(AS_IS, message=message)
 
 
 def _raised_again(kind: type[LimbgramError], finding: Finding) -> LimbgramError:
-    """A refusal that another process raised."""
+    """A refusal unpickled, as from another process."""
     return kind.of(finding)
 
 
 def is_full(error: OSError) -> bool:
-    """Whether a disk has no room left."""
+    """Whether the disk is full."""
     return error.errno in _FULL
 
 
 def reason_of(error: Exception) -> Finding:
-    """What a refusal found, or what a library or the system said."""
+    """A refusal's finding, or a quote of another exception's message."""
     return error.finding if isinstance(error, LimbgramError) else in_words(str(error))
 
 
 def system_reason(error: OSError) -> Finding:
-    """What the system said about a file."""
+    """The finding that quotes the system's message about a file."""
     kind = errno.errorcode.get(error.errno or 0)
     return fault("disk.said", error=kind, text=error.strerror or str(error))
 
 
 def disk_finding(error: OSError) -> Finding:
-    """What the system said about a file, its likely cause and what to do."""
+    """The finding for an error of the file system, with its likely cause and advice."""
     named = error.filename2 or error.filename
     name = None if named is None else str(named)
     match error.errno:
@@ -249,25 +250,20 @@ def disk_finding(error: OSError) -> Finding:
             return fault("disk.failing", name=name, why=system_reason(error))
 
 
-def disk_advice(error: OSError) -> str:
-    """The same, told."""
-    return told(disk_finding(error))
-
-
 def with_full_stop(text: str) -> str:
-    """A text with one full stop at its end, whether it came with one or not."""
+    """A text that ends with one full stop."""
     return f"{text.removesuffix('.')}."
 
 
 def printable(text: str, keep: str = "\n\t") -> str:
-    """A text that can do nothing to a terminal or a page but be read.
+    """A text that is safe on a terminal or a page.
 
-    Control characters, half characters and those that reorder what is shown are written as
-    escapes; those in `keep` stay.
+    Control characters, surrogates and characters that reorder text are escaped, except for those
+    in `keep`.
     """
     return "".join(
         letter
-        if letter in keep or not (unicodedata.category(letter) in _UNSEEN or letter in _REORDERING)
+        if letter in keep or not (unicodedata.category(letter) in _CONTROL or letter in _REORDERING)
         else letter.encode("unicode_escape").decode("ascii")
         for letter in text
     )

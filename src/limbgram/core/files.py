@@ -1,12 +1,11 @@
-"""Files: read with a bound and strictly, written whole or not at all.
+"""Files: read strictly and with a size limit, written atomically and verified.
 
-A device has no end and a pipe keeps its reader waiting, so only regular files are opened. JSON and
-TOML are taken as their standards have them, and without what no file of ours or of a caring
-program holds: numbers that no measure has, texts that cannot be written again, trees without end.
+Only regular files are opened: a device has no end, and a pipe blocks its reader. JSON and TOML are
+read by their standards; refused are non-finite and huge numbers, text that cannot be encoded, and
+deep nesting.
 
-What is written lies beside its place at first, in a name of its own (16 letters of the name's hash,
-the process, a number, `part`); it is synced, read back where somebody can tell what it should hold,
-and only then takes its name.
+A file is written to a temporary name beside its place (hash of the name, process id, a counter,
+`part`), synced, read back where its content is known, and then renamed.
 """
 
 import errno
@@ -40,33 +39,33 @@ _DAMAGED_ZIP = (
     lzma.LZMAError,
 )
 _DEEPEST = 64
-"""Levels of lists and tables in each other; no format of ours has ten."""
-_LARGEST_WHOLE = 2**53
-"""Whole numbers beyond cannot be told from their neighbours in floating point."""
+"""Nesting of lists and tables; our formats need fewer than ten levels."""
+_LARGEST_INTEGER = 2**53
+"""Larger integers are not exact in floating point."""
 _LONGEST_SUFFIX = 16
 _WRITES = itertools.count()
 _LONGEST_KEY = re.compile(r"^[^=,\n]{4000}", re.MULTILINE)
-"""A line that would be a dotted key of thousands of parts: tomllib takes their square in time."""
+"""A line that may be a dotted key of thousands of parts, for which tomllib takes quadratic time."""
 
 
 class ContentError(LimbgramError, ValueError):
-    """What a file holds is not of its format; whoever reads the file says which file it is."""
+    """A file's content is not of its format; the caller adds the file's name."""
 
 
 def read_content(
     path: Path, most_bytes: int, refusal: type[LimbgramError], advice: Finding | str = ""
 ) -> bytes:
-    """The bytes of a regular file; what else the path may be is never opened.
+    """The bytes of a regular file.
 
     Raises:
-        refusal: no such file, a folder, device or pipe, or more bytes than such a file can have.
+        refusal: no such file, a folder, device or pipe, or more than `most_bytes`.
     """
     try:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
             why = fault("file.no_file", folder=stat.S_ISDIR(about.st_mode))
             raise _unread(path, refusal, why, advice)
-        size = min(about.st_size, most_bytes)  # room is made for as much as is asked for
+        size = min(about.st_size, most_bytes)  # read() allocates what it is asked for
         with path.open("rb") as stream:
             content = stream.read(size + 1)
             if len(content) > size:
@@ -81,10 +80,12 @@ def read_content(
 
 
 def json_of(content: bytes) -> Any:
-    """The tree of a JSON text; ValueError, in words, for anything else."""
+    """The tree of a JSON text; ContentError or ValueError for anything else."""
     try:
         text = content.decode(json.detect_encoding(content))
-        tree = json.loads(text, parse_constant=_no_number, object_pairs_hook=_once_each)
+        tree = json.loads(
+            text, parse_constant=_refuse_constant, object_pairs_hook=_without_duplicates
+        )
     except RecursionError as error:
         raise ContentError("file.tree.deep") from error
     _require_plain(tree)
@@ -92,10 +93,10 @@ def json_of(content: bytes) -> Any:
 
 
 def toml_of(text: str | bytes) -> dict[str, Any]:
-    """The tree of a TOML text; ValueError, in words, for anything else.
+    """The tree of a TOML text; ContentError or ValueError for anything else.
 
-    The bytes of a file may begin with a mark of their order, as Windows' editor writes it. The
-    format has words for what is no number: who takes a value refuses those by its name.
+    A byte order mark is accepted. TOML has words for NaN and infinity: whoever takes a number
+    refuses them.
     """
     if isinstance(text, bytes):
         try:
@@ -115,7 +116,7 @@ def toml_of(text: str | bytes) -> dict[str, Any]:
 def write_file(
     path: Path, encode: Callable[[BinaryIO], None], check: Callable[[Path], None]
 ) -> Path:
-    """Write a file by `encode` and prove it by `check`, which reads it back.
+    """Write a file by `encode` and verify it by `check`, which reads it back.
 
     Raises:
         ExportError: the disk is full or refuses, or `check` found another content.
@@ -125,22 +126,26 @@ def write_file(
     return path
 
 
-def write_bytes(path: Path, content: bytes) -> Path:
-    """Write a file whose bytes are at hand; proved by reading the same ones."""
+def write_bytes(path: Path, content: bytes, check: Callable[[Path], None] | None = None) -> Path:
+    """Write a file whose bytes are at hand and verify it by `check`, or by the same bytes.
+
+    Raises:
+        ExportError: the disk is full or refuses, or the content read back is another.
+    """
 
     def encode(stream: BinaryIO) -> None:
         stream.write(content)
 
-    def check(written: Path) -> None:
+    def same_bytes(written: Path) -> None:
         require(written.read_bytes() == content, other(path.name, "bytes"))
 
-    return write_file(path, encode, check)
+    return write_file(path, encode, check or same_bytes)
 
 
 def write_folder(
     path: Path, files: dict[str, Callable[[BinaryIO], None]], check: Callable[[Path], None]
 ) -> Path:
-    """Write a folder of files; an older folder of the name gives way once the new one is proved."""
+    """Write a folder of files; an older folder of the name is replaced once it is verified."""
     with _disk(path), written_whole(path, check) as beside:
         beside.mkdir()
         for name, encode in files.items():
@@ -150,7 +155,7 @@ def write_folder(
 
 
 def require_place(path: Path) -> None:
-    """Refuse a file, before any work is done for it, that could not be written where it is to lie.
+    """Refuse a path to which no file could be written, before any work is done for it.
 
     Raises:
         ExportError: its folder is missing, is none, or may not be written to.
@@ -160,10 +165,10 @@ def require_place(path: Path) -> None:
 
 
 def require_folder(folder: Path) -> None:
-    """Refuse a folder, before any work is done for it, that is not there and cannot be made.
+    """Refuse a folder that does not exist and cannot be made, before any work is done for it.
 
     Raises:
-        ExportError: a file stands in its way, or what it would lie in may not be written to.
+        ExportError: a file is in its way, or its parent may not be written to.
     """
     try:
         _require_writable(next(one for one in (folder, *folder.absolute().parents) if one.exists()))
@@ -172,7 +177,7 @@ def require_folder(folder: Path) -> None:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those that it lies in, where they are not there.
+    """Make a folder and its parents where they are missing.
 
     Raises:
         ExportError: it cannot be made.
@@ -200,12 +205,12 @@ def _require_writable(folder: Path) -> None:
 
 @contextmanager
 def written_whole(path: Path, check: Callable[[Path], None] | None = None) -> Generator[Path]:
-    """Give a place beside `path` to write a file or a folder at; it is there whole or not at all.
+    """Atomic write: yields a temporary path beside `path`, for a file or a folder.
 
-    What was written is synced, proved by `check` where there is one, and renamed. Until then, and
-    if anything fails, what lay at `path` stays. What processes that were killed while they wrote
-    the same left beside it is removed. Threads that write the same file at once do not meet: the
-    last one's stays. What the system says of the disk passes as it is.
+    What was written there is synced, verified by `check` if given, and renamed to `path`. Until
+    then, and if anything fails, the old content stays. Temporary files of killed processes are
+    removed. Threads may write the same file at once: the last one's stays. An OSError passes as it
+    is.
     """
     suffix = path.suffix if len(path.suffix) <= _LONGEST_SUFFIX else ""
     mark = f".{short_name(path)}.{os.getpid()}.{next(_WRITES)}"
@@ -226,18 +231,18 @@ def written_whole(path: Path, check: Callable[[Path], None] | None = None) -> Ge
 
 
 @contextmanager
-def held_alone(place: Path, *, wait: bool) -> Generator[bool]:
-    """Hold a file for this process alone; the system lets it go even if the process dies.
+def file_lock(path: Path, *, wait: bool) -> Generator[bool]:
+    """Exclusive lock on a file, which the system releases even if the process dies.
 
     Yields:
-        Whether it is held; where `wait`, it always is, once whoever holds it lets it go.
+        Whether the lock is held; with `wait` it always is.
 
     Raises:
         OSError: the file cannot be made.
     """
-    with place.open("a+b") as file:
+    with path.open("a+b") as file:
         try:
-            _hold(file, wait=wait)
+            _lock(file, wait=wait)
         except OSError:
             if wait:
                 raise
@@ -246,8 +251,8 @@ def held_alone(place: Path, *, wait: bool) -> Generator[bool]:
         yield True
 
 
-def _hold(file: BinaryIO, *, wait: bool) -> None:
-    """Until it is closed."""
+def _lock(file: BinaryIO, *, wait: bool) -> None:
+    """Lock a file until it is closed."""
     if sys.platform == "win32":
         import msvcrt
 
@@ -261,7 +266,7 @@ def _hold(file: BinaryIO, *, wait: bool) -> None:
 
 @contextmanager
 def damaged_zip_refused(refusal: Callable[[Exception], LimbgramError]) -> Generator[None]:
-    """What zipfile and its decompressors raise for damaged bytes is answered by this refusal."""
+    """Raise this refusal for whatever zipfile and its decompressors raise for damaged bytes."""
     try:
         yield
     except _DAMAGED_ZIP as error:
@@ -269,36 +274,36 @@ def damaged_zip_refused(refusal: Callable[[Exception], LimbgramError]) -> Genera
     except OSError as error:
         if error.errno is not None:
             raise
-        raise refusal(error) from error  # bzip2 says so
+        raise refusal(error) from error  # bzip2 raises one without a number
 
 
-def require(holds: bool, found: Finding) -> None:
+def require(condition: bool, found: Finding) -> None:
     """Refuse a file that did not read back as it was written."""
-    if not holds:
+    if not condition:
         raise ExportError("export.read_back", found=found)
 
 
 def other(name: str, what: str) -> Finding:
-    """That a file which was read back holds other ones than were written; what: in the plural."""
+    """The finding that a file read back with a different `what`, in the plural."""
     return fault("export.other", name=name, what=what)
 
 
 def other_count(name: str, what: str, found: int, written: int) -> Finding:
-    """That a file which was read back does not hold as many as were written."""
+    """The finding that a file read back with a different number of `what`."""
     return fault("export.other_count", name=name, what=what, found=found, written=written)
 
 
 def short_name(path: Path) -> str:
-    """Sixteen letters for a file's name: with an addition the name itself may be too long."""
+    """Hash of a file's name in 16 letters: the name itself may be too long to be added to."""
     name = path.name.encode("utf-8", "surrogateescape")
     return hashlib.blake2b(name, digest_size=8).hexdigest()
 
 
 def _require_plain(tree: Any, *, numbers_only: bool = True) -> None:
-    """Refuse numbers that no measure has, texts that cannot be written, and trees without end.
+    """Refuse non-finite and huge numbers, text that cannot be encoded, and deep nesting.
 
     Raises:
-        ContentError: says which.
+        ContentError: one of them; UnicodeEncodeError for text.
     """
     level: Sequence[Any] = [tree]
     for _ in range(_DEEPEST):
@@ -317,7 +322,7 @@ def _require_plain(tree: Any, *, numbers_only: bool = True) -> None:
                     if numbers_only and not math.isfinite(item):
                         raise ContentError("file.tree.no_value")
                 case int():
-                    if abs(item) > _LARGEST_WHOLE:
+                    if abs(item) > _LARGEST_INTEGER:
                         raise ContentError("file.tree.large_number")
                 case _:
                     pass
@@ -327,16 +332,16 @@ def _require_plain(tree: Any, *, numbers_only: bool = True) -> None:
     raise ContentError("file.tree.deep")
 
 
-def _no_number(word: str) -> float:
+def _refuse_constant(word: str) -> float:
     raise ContentError("file.json.no_number", word=word)
 
 
-def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     tree = dict(pairs)
     if len(tree) < len(pairs):
         names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ContentError("file.json.twice", name=twice[:40])
+        duplicate = next(name for name in names if names.count(name) > 1)
+        raise ContentError("file.json.twice", name=duplicate[:40])
     return tree
 
 
@@ -348,7 +353,7 @@ def _unread(
 
 @contextmanager
 def _disk(path: Path) -> Generator[None]:
-    """Turn what the system says about a disk into advice."""
+    """Turn an OSError into an ExportError with advice."""
     try:
         yield
     except OSError as error:
@@ -365,7 +370,7 @@ def _disk(path: Path) -> Generator[None]:
 
 
 def _sweep(path: Path) -> None:
-    """Remove what processes that were killed while they wrote the same file left beside it."""
+    """Remove temporary files that killed processes left beside a file."""
     for left in path.parent.glob(f".{short_name(path)}.*"):
         process = left.name.split(".")[2]
         if process.isdecimal() and not _is_alive(int(process)):
@@ -375,7 +380,7 @@ def _sweep(path: Path) -> None:
 def _is_alive(process: int) -> bool:
     """Whether a process may still be running."""
     if sys.platform == "win32":
-        return True  # to ask by a signal would end it there
+        return True  # os.kill would end it there
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -394,7 +399,7 @@ def _remove(path: Path) -> None:
 
 
 def _sync(path: Path) -> None:
-    """Have the system put a file, or a folder with its files, on the disk."""
+    """Flush a file, or a folder with its files, to the disk."""
     if path.is_dir():
         for inside in path.iterdir():
             _sync(inside)
@@ -408,7 +413,7 @@ def _sync(path: Path) -> None:
 
 
 def _sync_entry(folder: Path) -> None:
-    """Make a renaming last; systems that cannot sync a folder keep it by themselves."""
+    """Flush a folder's entries, and with them a rename, to the disk where the system can."""
     if not hasattr(os, "O_DIRECTORY"):
         return
     handle = os.open(folder, os.O_RDONLY)

@@ -1,12 +1,10 @@
-"""Intervals: how far a true value may lie from a stated one, and how a ± is written.
+"""Intervals: 95 % intervals of figures, and how a ± is written.
 
-What a person reads first, on the terminal, a page, a record or a PDF, is one thing everywhere: ± is
-the interval that holds in 95 of 100, "± b" where both sides are alike and "+a / -b" where they are
-not. One standard deviation (sigma) is written by its name alone, in JSON, in the library and under
-headings for experts. A text with a ± says `HOLDS` once.
+Everywhere that people read, ± is the 95 % interval: "± b" if it is symmetric, "+a / -b" if not. A
+standard deviation is always called sigma, in JSON, in the library and under headings for experts.
+A text with a ± says `HOLDS` once.
 """
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -14,78 +12,80 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.special import chdtrc, fdtrc, stdtrit
 
+from limbgram.findings.tell import half_width_text
+
 COVER = 1.96
-"""Standard deviations to either side that hold 95 of 100 Gaussian errors."""
+"""Half width of the 95 % interval of a normal distribution, in standard deviations."""
 MAD_TO_SIGMA = 1.4826
-"""Standard deviation of a Gaussian over the median of its absolute deviations."""
+"""Standard deviation of a normal distribution over its median absolute deviation."""
 _COVERAGE = 0.95
 HOLDS = "± holds in 95 of 100"
-"""What a page or print with a ± says once."""
+"""Said once on a page or print with a ±."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """How far the true value may lie below and above the stated one, in 95 of 100 cases."""
+    """How far the true value may lie below and above the stated one: the 95 % interval."""
 
     below: float
     above: float
 
     @classmethod
     def of_sigma(cls, sigma: float) -> "Interval":
-        """Both sides alike, from one standard deviation."""
+        """Symmetric, from a standard deviation."""
         return cls(COVER * sigma, COVER * sigma)
 
     @classmethod
     def of_half_width(cls, half_width: float) -> "Interval":
-        """Both sides alike, from a half width that holds in 95 of 100 already."""
+        """Symmetric, from the half width of a 95 % interval."""
         return cls(half_width, half_width)
 
     def over(self, unit: float) -> "Interval":
-        """The same in a unit that is so many times as large."""
+        """The interval of the figure divided by `unit`, as when its unit changes."""
         return Interval(self.below / unit, self.above / unit)
 
 
 def length_within(
     vector: Float64[np.ndarray, " k"], covariance: Float64[np.ndarray, "k k"]
 ) -> tuple[float, float, float]:
-    """Length of a vector, and between which lengths it lies in 95 of 100 cases.
+    """Length of a vector, and the ends of its 95 % interval.
 
-    Below by its spread along itself; above by its spread where that is largest, as another
-    direction may be the true one.
+    The lower end takes the sigma along the vector; the upper one the largest sigma of any
+    direction, as the true direction may be another one.
     """
     length = float(np.linalg.norm(vector))
     along = vector / max(length, 1e-300)
     sigma = float(np.sqrt(max(along @ covariance @ along, 0.0)))
-    most = float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
-    return length, max(length - COVER * sigma, 0.0), length + COVER * most
+    largest_sigma = float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
+    return length, max(length - COVER * sigma, 0.0), length + COVER * largest_sigma
 
 
-def widening(freedom: float) -> float:
-    """What a standard deviation that was told by few residuals is multiplied by (Student 1908).
+def widening(degrees_of_freedom: float) -> float:
+    """Factor for a standard deviation estimated from few residuals (Student 1908).
 
-    `COVER` of the widened one hold 95 of 100, as of one that is known. Whoever makes a sigma from
-    residuals widens it there, so that all who read it may take it for known.
+    `COVER` times the widened sigma is then the 95 % interval. A sigma is widened where it is
+    estimated; all other code treats it as known.
 
     >>> round(COVER * widening(1), 1), round(COVER * widening(5), 2), round(widening(1e6), 3)
     (12.7, 2.57, 1.0)
     """
-    return float(stdtrit(max(freedom, 1.0), 0.5 + _COVERAGE / 2)) / COVER
+    return float(stdtrit(max(degrees_of_freedom, 1.0), 0.5 + _COVERAGE / 2)) / COVER
 
 
 def weighted_quantile(
     values: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"], share: float
 ) -> float:
-    """The first value, from the least up, with which this share of the weight is reached."""
+    """The least value such that the values up to it have this share of the weight."""
     order = np.argsort(values, kind="stable")
-    reached = np.cumsum(weights[order])
-    at = min(int(np.searchsorted(reached, share * reached[-1])), len(order) - 1)
+    cumulated = np.cumsum(weights[order])
+    at = min(int(np.searchsorted(cumulated, share * cumulated[-1])), len(order) - 1)
     return float(values[order][at])
 
 
 def plus_minus(interval: Interval | None, decimals: int) -> str:
-    """Write "± 0.25", or "+0.40 / -0.12"; nothing where the interval is not known.
+    """Write "± 0.25", or "+0.40 / -0.12"; empty if the interval is not known.
 
-    A side keeps one digit at least: what is smaller than the decimals is not written as nothing.
+    A side that would round to zero keeps one significant digit.
 
     >>> plus_minus(Interval.of_sigma(0.5), 2)
     '± 0.98'
@@ -94,26 +94,21 @@ def plus_minus(interval: Interval | None, decimals: int) -> str:
     """
     if interval is None:
         return ""
-    above, below = _side(interval.above, decimals), _side(interval.below, decimals)
+    above = half_width_text(interval.above, decimals)
+    below = half_width_text(interval.below, decimals)
     return f"± {above}" if above == below else f"+{above} / -{below}"
 
 
 def what_it_means(shown: Iterable[Interval | None]) -> tuple[str, ...]:
-    """The line that says what ± means, below figures of which one has it."""
+    """The line that explains ±, if one of the figures shown has an interval."""
     return () if all(one is None for one in shown) else (f"{HOLDS}.",)
 
 
-def _side(width: float, decimals: int) -> str:
-    if 0 < width < 0.5 * 10.0**-decimals:
-        decimals = min(-math.floor(math.log10(width)), 9)
-    return f"{width:.{decimals}f}"
+def chi_square_tail(value: float, degrees_of_freedom: int) -> float:
+    """Survival function of chi-square; scipy.stats, which has it, takes a second to import."""
+    return float(chdtrc(degrees_of_freedom, max(value, 0.0)))
 
 
-def chi_square_tail(value: float, freedom: int) -> float:
-    """Probability that a chi-square is larger; all of scipy.stats takes a second to import."""
-    return float(chdtrc(freedom, max(value, 0.0)))
-
-
-def f_tail(ratio: float, over: int, under: int) -> float:
-    """Probability that an F of `over` and `under` degrees of freedom is larger."""
-    return float(fdtrc(over, under, max(ratio, 0.0)))
+def f_tail(ratio: float, numerator_dof: int, denominator_dof: int) -> float:
+    """Survival function of the F distribution."""
+    return float(fdtrc(numerator_dof, denominator_dof, max(ratio, 0.0)))

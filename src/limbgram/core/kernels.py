@@ -1,8 +1,8 @@
-"""Kernels: functions that numba compiles, and a cache that knows all that they were compiled from.
+"""Kernels: functions compiled by numba, with a cache that follows all their dependencies.
 
-numba keeps compiled code beside the file of its function, and compiles anew where that file has
-changed. But a kernel holds more: the functions that it calls or inlines and the constants that it
-names, from whatever file they come. `njit` adds a stamp of them all to the key of what is kept.
+numba caches compiled code by the file of its function alone. A kernel also depends on the functions
+that it calls or inlines and on the constants that it names, in any file: `njit` adds a hash of them
+all, the stamp, to the cache key.
 """
 
 import hashlib
@@ -20,34 +20,33 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def inlined(function: Function) -> Function:
-    """A plain function, which numpy may call, and part of every kernel that calls it."""
+    """A plain function, callable from Python, that is inlined in every kernel that calls it."""
     return register_jitable(inline="always")(function)
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Function], Function]:
-    """numba's `njit`, whose cache also follows what a kernel takes from other files."""
+    """numba's `njit`, whose cache follows dependencies in other files too."""
 
     def compiled(function: Function) -> Function:
         kernel: Any = numba.njit(**options)(function)  # noqa: TID251
         if cache:
-            kernel._cache = _Cache(function)  # what numba's `cache=True` does with its own
+            kernel._cache = _Cache(function)  # as numba's own `cache=True`
         return kernel
 
     return compiled
 
 
 class _Cache(FunctionCache):
-    """numba's cache of one kernel; code of another stamp is not found."""
+    """numba's cache of one kernel, with the stamp as part of the key."""
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (*super()._index_key(sig, codegen), stamp(self._py_func))
 
 
 def stamp(function: FunctionType) -> str:
-    """Hash of a function and of all that it takes from its package, directly or through others.
+    """Hash of a function and of its transitive dependencies inside its package.
 
-    That is functions, as bytecode with the options of their kernels, and the values of constants;
-    of other packages the names alone.
+    Functions count by bytecode and kernel options, constants by value, other packages by name.
     """
     hashed = hashlib.sha256()
     for part in _parts(function, function.__module__.partition(".")[0], set()):
@@ -56,7 +55,7 @@ def stamp(function: FunctionType) -> str:
 
 
 def _parts(value: object, package: str, met: set[FunctionType]) -> Iterator[str]:
-    """What a value is made of, as texts; a function that was met before is told by its name."""
+    """A value and its dependencies as texts to hash; a function is expanded only once."""
     match value:
         case Dispatcher():
             yield from _parts(value.targetoptions, package, met)
@@ -91,14 +90,14 @@ def _parts(value: object, package: str, met: set[FunctionType]) -> Iterator[str]
                 yield name
                 yield from _parts(item, package, met)
         case _:
-            told = repr(value)
-            if " at 0x" in told:  # where it lies in memory, which tells nothing of what it is
-                raise TypeError(f"a kernel names {told}: whether it has changed cannot be told")
-            yield told
+            text = repr(value)
+            if " at 0x" in text:  # an address, which says nothing of the value
+                raise TypeError(f"a kernel names {text}: whether it has changed cannot be told")
+            yield text
 
 
 def _used(function: FunctionType, package: str) -> Iterator[object]:
-    """What a function takes from its module, and from modules of the package that it names."""
+    """The globals that a function names, in its module and in modules of the package."""
     names = list(_names(function.__code__))
     scopes = [function.__globals__]
     for name in names:
@@ -109,7 +108,7 @@ def _used(function: FunctionType, package: str) -> Iterator[object]:
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """Names of globals and attributes in a function and in those inside it."""
+    """Names of globals and attributes in a function and its nested functions."""
     yield from code.co_names
     for inside in code.co_consts:
         if isinstance(inside, CodeType):

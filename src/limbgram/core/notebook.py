@@ -1,8 +1,7 @@
-"""Notebooks: what a product shows of itself at the end of a cell, and how other libraries take it.
+"""Notebooks: short representations of products, and conversions to optional libraries.
 
-A product holds arrays of a hundred thousand rows; its text has their shapes instead. Libraries that
-only some people have, pandas and pyvista, are imported where they are asked for, and named where
-they are missing.
+Arrays are shown by dtype and shape. pandas and pyvista are imported on demand; a refusal names the
+missing one.
 """
 
 import math
@@ -23,11 +22,11 @@ _STYLE = "text-align:right;white-space:nowrap"
 
 
 def brief(self: object) -> str:
-    """A short text of a product: `__repr__ = brief` in its class."""
-    return _told(self, 0)
+    """Short representation of a product: `__repr__ = brief` in its class."""
+    return _shown(self, 0)
 
 
-def _told(value: Any, depth: int) -> str:
+def _shown(value: Any, depth: int) -> str:
     if isinstance(value, np.ndarray):
         if value.ndim == 1 and value.size <= _FEW_NUMBERS and value.dtype.kind in "fiub":
             return f"[{', '.join(f'{number:.6g}' for number in value.tolist())}]"
@@ -37,7 +36,7 @@ def _told(value: Any, depth: int) -> str:
         if depth >= _DEEPEST:
             return f"{name}(...)"
         given = ((one.name, getattr(value, one.name)) for one in fields(value) if one.repr)
-        shown = (f"{key}={_told(one, depth + 1)}" for key, one in given if not _is_empty(one))
+        shown = (f"{key}={_shown(one, depth + 1)}" for key, one in given if not _is_empty(one))
         return f"{name}({', '.join(shown)})"
     match value:
         case float():
@@ -47,7 +46,7 @@ def _told(value: Any, depth: int) -> str:
         case tuple() | list():
             listed = cast(Sequence[Any], value)
             if len(listed) <= _MOST_ITEMS:
-                return f"({', '.join(_told(one, depth + 1) for one in listed)})"
+                return f"({', '.join(_shown(one, depth + 1) for one in listed)})"
             return f"<{len(listed)} x {type(listed[0]).__name__}>"
         case Mapping():
             return f"<{len(cast(Mapping[Any, Any], value))} entries>"
@@ -61,7 +60,7 @@ def _is_empty(value: Any) -> bool:
 
 
 def html_of(table: Table, said: str = "") -> str:
-    """The table as a notebook shows it, above it what is said of all of it."""
+    """The table as HTML, with a remark above it."""
     heads = "".join(f"<th>{escape(heading(name))}</th>" for name in table.columns)
     rows = "".join(
         "<tr>" + "".join(f'<td style="{_STYLE}">{_cell(one)}</td>' for one in row) + "</tr>"
@@ -78,7 +77,7 @@ def _cell(cell: object) -> str:
 
 
 def data_frame(table: Table) -> Any:
-    """The table as a pandas.DataFrame; what has no answer is NaN.
+    """The table as a pandas.DataFrame; empty cells are NaN.
 
     Raises:
         MissingError: pandas is not installed.
@@ -89,10 +88,10 @@ def data_frame(table: Table) -> Any:
 
 
 def library(name: str) -> ModuleType:
-    """Somebody else's library, which this one does without.
+    """An optional library.
 
     Raises:
-        MissingError: it is not installed, with the command that does so.
+        MissingError: it is not installed; says the command that installs it.
     """
     try:
         return import_module(name)

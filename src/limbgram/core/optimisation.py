@@ -1,13 +1,13 @@
-"""Least squares by Levenberg and Marquardt, and the normal equations of an adjustment.
+"""Levenberg-Marquardt, and normal equations with a Schur complement.
 
-In      a start with its cost, and `linearised`: the equations at a state, as a function that takes
-        a damping and gives the state after the damped step with its cost.
+In      a start with its cost, and `linearised`: builds the equations at a state and returns a
+        function from a damping to the state after the damped step, with its cost.
 Out     the state of least cost that was reached.
-Method  a step is accepted where the cost does not grow; then the damping falls to a tenth, else it
-        grows tenfold and the same equations are solved again. Whoever calls composes rotations.
-        More 1978, "The Levenberg-Marquardt algorithm: implementation and theory".
-        Many blocks that meet only through shared unknowns, as poses or points do, are eliminated:
-        their Schur complement has the size of what is shared (Triggs et al. 2000, section 6).
+Method  a step is accepted if the cost does not grow; then the damping falls to a tenth, else it
+        grows tenfold and the same equations are solved again (More 1978, "The Levenberg-Marquardt
+        algorithm: implementation and theory"). The caller updates rotations by composition.
+        Blocks that are coupled only through shared unknowns, as poses or points are, are
+        eliminated by the Schur complement (Triggs et al. 2000, section 6).
 """
 
 from collections.abc import Callable
@@ -30,18 +30,19 @@ class Trial(Generic[State]):
 
 @dataclass(frozen=True, kw_only=True)
 class Descent:
-    """Where damping begins and ends, and when to stop."""
+    """Damping and stopping rules of Levenberg-Marquardt."""
 
     iterations: int
-    """Accepted steps at most."""
+    """Largest number of accepted steps."""
     smallest_gain: float
-    """Gain of a step, as a share of the cost, after which no further one is tried."""
+    """Converged when a step lowers the cost by no more than this share of it."""
     least_gain: float = 0.0
-    """The same in the unit of the cost, for costs that can end at nothing."""
+    """Converged when a step lowers the cost by no more than this, for costs that can reach zero."""
     damping: float = 1e-3
+    """Of the first step."""
     least_damping: float = 1e-9
     largest_damping: float = 1e8
-    """Where no step with less damping lowers the cost, the state is the answer."""
+    """Converged when no step with less damping lowers the cost."""
 
 
 def minimise(
@@ -50,9 +51,9 @@ def minimise(
     linearised: Callable[[State], Callable[[float], Trial[State] | None]],
     descent: Descent,
 ) -> State:
-    """The state nearby with the least cost.
+    """The local minimum from a start.
 
-    A trial of None or of a cost that is no number counts as a step that failed.
+    A trial of None, or with a cost of NaN, counts as a rejected step.
     """
     state, damping = start, descent.damping
     for _ in range(descent.iterations):
@@ -73,16 +74,14 @@ def minimise(
 
 @dataclass(frozen=True)
 class ArrowheadEquations:
-    """Normal equations of shared unknowns and of blocks that meet only through them.
-
-    Their matrix is an arrowhead: dense in the shared part, else block diagonal.
-    """
+    """Normal equations with an arrowhead matrix: shared unknowns, and blocks coupled to them."""
 
     shared: Float64[np.ndarray, "s s"]
     shared_right: Float64[np.ndarray, " s"]
     blocks: Float64[np.ndarray, "k b b"]
     cross: Float64[np.ndarray, "k b s"]
     block_right: Float64[np.ndarray, "k b"]
+    """Right-hand sides of the blocks."""
 
     def damped(
         self,
@@ -91,19 +90,19 @@ class ArrowheadEquations:
         least_shared: float = 0.0,
         least_block: float | Float64[np.ndarray, " b"] = 0.0,
     ) -> "ArrowheadEquations":
-        """The equations with `damping` times each diagonal, plus `least`, added to it."""
+        """The equations with `damping` times (diagonal + `least`) added to each diagonal."""
         shared, blocks = self.shared.copy(), self.blocks.copy()
-        grown = np.einsum("ii->i", shared)
-        grown += damping * (grown + least_shared)
-        grown = np.einsum("kii->ki", blocks)
-        grown += damping * (grown + least_block)
+        diagonal = np.einsum("ii->i", shared)  # a view
+        diagonal += damping * (diagonal + least_shared)
+        diagonal = np.einsum("kii->ki", blocks)
+        diagonal += damping * (diagonal + least_block)
         return replace(self, shared=shared, blocks=blocks)
 
     def reduced(self) -> tuple[Float64[np.ndarray, "s s"], Float64[np.ndarray, " s"]]:
-        """Matrix and right side of the shared unknowns, the blocks eliminated.
+        """Schur complement and right-hand side of the shared unknowns, the blocks eliminated.
 
         Raises:
-            LinAlgError: what a block's own observations say leaves it undetermined.
+            LinAlgError: a block is singular.
         """
         count = len(self.shared)
         solved = np.linalg.solve(self.blocks, self.cross).reshape(-1, count)
@@ -112,7 +111,7 @@ class ArrowheadEquations:
             self.shared_right - solved.T @ self.block_right.ravel(),
         )
 
-    def followed(self, shared: Float64[np.ndarray, " s"]) -> Float64[np.ndarray, "k b"]:
-        """Steps of the blocks after one of the shared unknowns."""
+    def back_substituted(self, shared: Float64[np.ndarray, " s"]) -> Float64[np.ndarray, "k b"]:
+        """Steps of the blocks for a step of the shared unknowns."""
         left = self.block_right - self.cross @ shared
         return np.linalg.solve(self.blocks, left[:, :, None])[:, :, 0]

@@ -1,11 +1,9 @@
-"""Request fields: what a dataclass says of its own fields, for every door that asks for them.
+"""Request fields: the fields of a request, described once for command line, app, files and help.
 
-A request or an edit is a frozen dataclass: annotation and default say what may be given, the text
-under a field what it means, `Within` between what a number lies, `Usual` what is taken where None
-leaves it to others, `Flag` how the command line calls it where that is shorter, `Text` how it is
-written as a text, `Panel` the heading under which help shows a field where there are many.
-Command-line options, forms of the app, help and the checks of files are made of these; nothing is
-written twice.
+A request or an edit is a frozen dataclass: annotation and default say what may be given, and the
+docstring under a field what it means. Beside the type may stand `Within` (limits), `Usual` (the
+value used for None), `Flag` (a shorter name on the command line), `Text` (how the value is written
+as a text) and `Panel` (the heading in help).
 
     spacing_mm: Annotated[float, Within(0.1, 50), Flag("spacing")] = 2.0
     \"\"\"Between slices.\"\"\"
@@ -25,64 +23,61 @@ from typing import Annotated, Any, ClassVar, Literal, Union, cast, get_args, get
 
 @dataclass(frozen=True)
 class Within:
-    """Between what a number may lie; both ends belong to it."""
+    """Limits of a number, both included."""
 
     least: float
     most: float
     above: bool = False
-    """The least itself does not belong to it: 0 mm is no length."""
+    """The least is excluded: 0 mm is no length."""
 
     __is_annotated_types_grouped_metadata__: ClassVar[Literal[True]] = True
 
     def __iter__(self) -> Iterator[Any]:
-        """What pydantic checks by, where the app takes the dataclass as a request's body."""
+        """The constraints for pydantic, if the dataclass is a body of the app."""
         from annotated_types import Ge, Gt, Le
 
         return iter((Gt(self.least) if self.above else Ge(self.least), Le(self.most)))
 
     def holds(self, value: float) -> bool:
-        return self.least <= value <= self.most and not (  # NaN is not
+        return self.least <= value <= self.most and not (  # false for NaN
             self.above and value == self.least
         )
 
 
 @dataclass(frozen=True)
 class Usual:
-    """What is taken where a field is None and neither a file nor a preset says it."""
+    """The value used if a field is None and neither a file nor a preset gives it."""
 
     value: int | float
 
 
 @dataclass(frozen=True)
 class Flag:
-    """What the command line calls a field."""
+    """Name of a field on the command line."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Text:
-    """How a value that is more than a number or a word is written on the command line and in files.
-
-    A body of JSON has its parts as they are.
-    """
+    """Text form of a structured value, for the command line and files; JSON has its parts."""
 
     read: Callable[[str, str], Any]
-    """Of a text, and of what it was given as: the option, or the place in a file."""
+    """From a text and where it stands: the option, or the path in a file."""
     write: Callable[[Any], str] = str
-    """As it is read again."""
+    """Inverse of `read`."""
 
 
 @dataclass(frozen=True)
 class AtMost:
-    """How many of them may come over the network."""
+    """Largest length of a list in a body of the app."""
 
     count: int
 
     __is_annotated_types_grouped_metadata__: ClassVar[Literal[True]] = True
 
     def __iter__(self) -> Iterator[Any]:
-        """What pydantic checks by."""
+        """The constraint for pydantic."""
         from annotated_types import MaxLen
 
         return iter((MaxLen(self.count),))
@@ -90,32 +85,31 @@ class AtMost:
 
 @dataclass(frozen=True)
 class Panel:
-    """The heading under which a field is shown."""
+    """Heading under which help shows a field."""
 
     title: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Declared:
-    """One field of a dataclass, for people and for doors."""
+    """One field of a request, with all that is declared of it."""
 
     name: str
     hint: Any
-    """Its type without what is said beside it, and without None."""
+    """Its type without `Annotated` and None."""
     optional: bool
-    """None is one of its values."""
+    """Whether it may be None."""
     default: Any
-    """MISSING where one has to be given."""
+    """MISSING if it is required."""
     meaning: str
-    """The text under the field."""
+    """The docstring under the field."""
     within: Within | None
     usual: int | float | None
-    """Taken where it is None and nothing else says it."""
+    """See `Usual`."""
     text: Text | None
     flag: str
-    """On the command line, without the two dashes."""
+    """Name on the command line, without the two dashes."""
     panel: str | None
-    """The heading that it stands under; None where there is none."""
 
     @property
     def required(self) -> bool:
@@ -123,17 +117,17 @@ class Declared:
 
     @property
     def unit(self) -> str:
-        """By the ending of its name; empty where it has none."""
+        """Its unit, by the ending of its name; empty if it has none."""
         return next((unit for ending, unit in _UNITS.items() if self.name.endswith(ending)), "")
 
     @property
     def several(self) -> bool:
-        """Any number of one kind."""
+        """Whether it is a tuple of any length."""
         return get_origin(self.hint) is tuple and get_args(self.hint)[1:] == (...,)
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """The words to choose from; empty where any are."""
+        """The values of a Literal; empty for other types."""
         return get_args(self.hint) if get_origin(self.hint) is Literal else ()
 
 
@@ -163,12 +157,12 @@ def declared(kind: type) -> tuple[Declared, ...]:
 
 
 def purpose_of(kind: type) -> str:
-    """What a dataclass is for: the first paragraph of its docstring, in one line."""
+    """The first paragraph of a dataclass's docstring, in one line."""
     return " ".join(inspect.cleandoc(kind.__doc__ or "").split("\n\n")[0].split())
 
 
 def words_of(request: Any) -> list[str]:
-    """A request as it is typed on the command line; what has its default is not typed."""
+    """A request as command-line options, without those at their defaults."""
     words: list[str] = []
     for field in declared(type(request)):
         value = getattr(request, field.name)
@@ -184,17 +178,17 @@ def words_of(request: Any) -> list[str]:
 
 
 def bare(hint: Any) -> Any:
-    """A type without what is said beside it."""
+    """A type without `Annotated`."""
     return get_args(hint)[0] if get_origin(hint) is Annotated else hint
 
 
 def within_of(hint: Any) -> Within | None:
-    """The limits that stand beside a type."""
+    """The `Within` of an annotated type."""
     return next((one for one in _beside(hint) if isinstance(one, Within)), None)
 
 
 def text_of(hint: Any) -> Text | None:
-    """How it is written as a text, where that stands beside a type."""
+    """The `Text` of an annotated type."""
     return next((one for one in _beside(hint) if isinstance(one, Text)), None)
 
 
@@ -230,7 +224,7 @@ def _without_none(hint: Any) -> tuple[Any, bool]:
 
 
 def _each(hint: Any) -> Any:
-    """The type of each of several."""
+    """The element type of a tuple; other types as they are."""
     return get_args(hint)[0] if get_origin(hint) is tuple else hint
 
 
@@ -239,7 +233,7 @@ def _default(field: Any) -> Any:
 
 
 def _meanings(kind: type) -> dict[str, str]:
-    """What the source says under each field, its own and those that it inherits."""
+    """The docstrings under the fields, inherited ones included, from the source."""
     meanings: dict[str, str] = {}
     for made in reversed(kind.__mro__):
         if "__dataclass_fields__" in vars(made):

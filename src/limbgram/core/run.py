@@ -1,13 +1,12 @@
 """A run: calls stages, reports their progress, times them and lets the user stop.
 
-A stage stays a plain function. Where it loops over photos, pairs or tiles it writes
-`for photo in track(photos)` or `in_parallel(work, photos)`; inside a run those report
-progress and raise Cancelled, outside they do nothing. Of loops inside one another the
-outermost reports: a bar never goes back for what one of its own steps does.
+A stage stays a plain function. Its loops are `for photo in track(photos)` or
+`in_parallel(work, photos)`; inside a run these report progress and raise Cancelled, outside they do
+nothing. Of nested loops only the outermost reports.
 
-A run also has a memory budget. How much is worked on at a time follows it
-(`in_parallel(work, photos, each_mb=...)`), which never changes a result; what would change one
-is decided from the budget by whoever calls the stages (`pipeline`), and told.
+A run also has a memory budget. It limits how many items are worked on at a time
+(`in_parallel(work, photos, each_mb=...)`), which never changes a result. Decisions that change one,
+such as the resolution, are made from the budget by the caller of the stages (`pipeline`), and told.
 """
 
 import gc
@@ -39,40 +38,40 @@ _CGROUP_LIMITS = (
     Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
 )
 _UNKNOWN_MACHINE_MB = 8192.0
-"""Taken where the system does not tell (Windows)."""
+"""Assumed where the system does not tell (Windows)."""
 PROGRAM_MB = 330.0
-"""Resident memory with all libraries loaded and nothing worked on; 290 to 320 were measured."""
+"""Resident memory with all libraries loaded and no work done: 290 to 320 measured."""
 
 NEUTRAL_FOLDER = Path(os.__file__).parent
-"""Where to be while libraries are imported: several read settings from the current folder
-(`matplotlibrc`, `.numba_config.yaml`), which may be a folder of files from anywhere."""
+"""Current folder while libraries are imported: several read settings from it (`matplotlibrc`,
+`.numba_config.yaml`), and the user's may hold files from anywhere."""
 
 
 @contextmanager
-def no_search_for_garbage() -> Generator[None]:
-    """While programs are loaded: a third of the time that takes, and none of them is garbage.
+def garbage_collection_paused() -> Generator[None]:
+    """No garbage collection during imports, which it would make a third slower.
 
-    What was loaded is not searched later either.
+    What was imported is exempt from later collections too.
     """
-    searching = gc.isenabled()
+    enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         gc.freeze()
-        if searching:
+        if enabled:
             gc.enable()
 
 
 @contextmanager
-def signals_kept() -> Generator[None]:
-    """While a library is loaded that puts handlers of its own in the place of ours.
+def signal_handlers_kept() -> Generator[None]:
+    """Restore our signal handlers after importing a library that installs its own.
 
-    glog, which comes with pycolmap, would print a stack trace and abort where the system asks a
-    program to end.
+    glog, which comes with pycolmap, would answer SIGTERM with a stack trace and an abort.
     """
-    ours = threading.current_thread() is threading.main_thread()
-    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)} if ours else {}
+    in_main = threading.current_thread() is threading.main_thread()
+    kept = (signal.SIGINT, signal.SIGTERM) if in_main else ()
+    before = {one: signal.getsignal(one) for one in kept}
     try:
         yield
     finally:
@@ -86,18 +85,18 @@ Listener = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Timing:
-    """What one stage cost."""
+    """Time and memory of one stage."""
 
     stage: str
     wall_s: float
     cpu_s: float
     peak_mb: float
-    """Most resident memory while it ran; see PeakWatch."""
+    """Peak resident memory while it ran; see PeakWatch."""
 
 
 @dataclass
 class Run:
-    """One piece of work for one user: `product = run(stage, inputs, options)`."""
+    """One job: `product = run(stage, inputs, options)`."""
 
     listener: Listener = field(default=lambda _stage, _done, _total: None)
     timings: list[Timing] = field(default_factory=list)
@@ -131,11 +130,11 @@ class Run:
     def check(self) -> None:
         """Raise Cancelled where the user asked to stop."""
         if self._stop.is_set():
-            raise Cancelled("Stopped as asked. Finished stages are kept; run again to continue.")
+            raise Cancelled("job.run_stopped")
 
     @contextmanager
     def loop(self, total: int) -> Generator[Callable[[int], None]]:
-        """What to call with the steps done; inside another loop it only looks for a stop."""
+        """A function to call with the steps done; in a nested loop it only checks for a stop."""
         outermost, self._looping = not self._looping, True
         try:
             yield (lambda done: self.report(done, total)) if outermost else lambda _: self.check()
@@ -148,14 +147,14 @@ _current: ContextVar[Run | None] = ContextVar("limbgram_run", default=None)
 
 
 def track(items: Iterable[T], total: int | None = None) -> Iterator[T]:
-    """Iterate, telling the current run about every step."""
+    """Iterate, reporting every step to the current run."""
     run = _current.get() or Run()
     count = total if total is not None else len(items) if isinstance(items, Sequence) else 0
-    with run.loop(count) as tell:
+    with run.loop(count) as report:
         for done, item in enumerate(items):
-            tell(done)
+            report(done)
             yield item
-        tell(count)
+        report(count)
 
 
 def in_parallel(
@@ -167,25 +166,25 @@ def in_parallel(
 ) -> list[T]:
     """`[work(item) for item in items]` on threads, in order, at most `workers` in flight.
 
-    For work that leaves the interpreter lock (OpenCV, numba with nogil, large numpy calls).
-    `each_mb` is what one item takes while it is worked on: no more are in flight than the
-    run's memory has room for, but one always is.
+    For work that releases the interpreter lock (OpenCV, numba with nogil, large numpy calls).
+    `each_mb` is the memory that one item takes: no more are in flight than the run's budget
+    allows, but at least one.
     """
     limit = workers or worker_count()
     if each_mb > 0:
         limit = max(1, min(limit, int(spare_mb() / each_mb)))
-    if min(limit, len(items)) <= 1:  # a thread takes longer to start than many a search
+    if min(limit, len(items)) <= 1:
         return [work(item) for item in track(items)]
     run = _current.get() or Run()
-    with run.loop(len(items)) as tell, ThreadPoolExecutor(limit) as pool:
+    with run.loop(len(items)) as report, ThreadPoolExecutor(limit) as pool:
         futures: list[Future[T]] = []
         try:
             futures = [pool.submit(copy_context().run, work, item) for item in items]
             results: list[T] = []
             for done, future in enumerate(futures):
-                tell(done)
+                report(done)
                 results.append(future.result())
-            tell(len(items))
+            report(len(items))
             return results
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
@@ -199,7 +198,7 @@ def budget_mb() -> float:
 
 
 def spare_mb() -> float:
-    """What the budget leaves beside what is in use now."""
+    """Memory that the budget leaves beside what is in use now."""
     held_mb = resident_megabytes()
     return budget_mb() - (PROGRAM_MB if math.isnan(held_mb) else held_mb)
 
@@ -238,11 +237,10 @@ def cpu_seconds() -> float:
 
 @dataclass
 class PeakWatch:
-    """Most resident memory of this process from now on, MB.
+    """Peak resident memory of this process from now on, MB.
 
-    Exact where it exceeds all that was before, which the system keeps. Below that it is what a
-    thread sees that looks twenty times a second; only Linux tells it. Elsewhere it is the most
-    so far, and NaN on Windows.
+    Exact if it exceeds the process's earlier peak, which the system keeps. Otherwise, on Linux, the
+    largest of twenty samples a second; elsewhere the process's peak, and NaN on Windows.
     """
 
     _before_mb: float = field(default_factory=lambda: peak_megabytes())

@@ -1,9 +1,8 @@
-"""Small dense systems, solved inside compiled kernels without LAPACK.
+"""Small dense systems, solved inside compiled kernels without LAPACK, whose calls cost more.
 
-The calls that pass by LAPACK cost more than these systems themselves. A compiled function takes
-`fastmath` and `error_model` from whichever caller is compiled first, and keeps them in its cache;
-so the functions here name both, and give every caller the same bits. `adjugate` is inlined instead
-and follows the kernel that it stands in.
+A compiled function takes `fastmath` and `error_model` from whichever caller is compiled first, and
+keeps them in its cache; the functions here set both, so that every caller gets the same bits.
+`adjugate` is inlined and follows the kernel that it stands in.
 """
 
 import math
@@ -17,8 +16,9 @@ _SINGULAR = 1e-15
 
 @inlined
 def adjugate(a: float, b: float, c: float, d: float, e: float, f: float):
-    """Of the symmetric matrix [a b c; b d e; c e f]: its six cofactors, in this order, and its
-    determinant. The inverse is the cofactors over the determinant.
+    """Six cofactors and the determinant of the symmetric matrix [a b c; b d e; c e f].
+
+    The cofactors stand in the same order; divided by the determinant they are the inverse.
     """
     first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
     fourth, fifth, sixth = a * f - c * c, b * c - a * e, a * d - b * b
@@ -27,7 +27,7 @@ def adjugate(a: float, b: float, c: float, d: float, e: float, f: float):
 
 @njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
 def invert_symmetric(matrix: np.ndarray, inverse: np.ndarray) -> bool:
-    """Fill `inverse` of a positive 3 x 3 matrix; False where it is singular to rounding."""
+    """Fill the inverse of a positive definite 3 x 3 matrix; False if it is numerically singular."""
     a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
     d, e, f = matrix[1, 1], matrix[1, 2], matrix[2, 2]
     first, second, third, fourth, fifth, sixth, determinant = adjugate(a, b, c, d, e, f)
@@ -44,10 +44,10 @@ def invert_symmetric(matrix: np.ndarray, inverse: np.ndarray) -> bool:
 
 @njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
 def solve_positive(system: np.ndarray, least: float, answer: np.ndarray) -> bool:
-    """Fill `answer` of a symmetric positive system by Cholesky's method.
+    """Solve a symmetric positive definite system by Cholesky's method, into `answer`.
 
-    `system` (n, n + 1) holds the upper triangle and the right side, and is overwritten. False
-    where a pivot is not larger than `least`: the system does not determine the answer.
+    `system` (n, n + 1) holds the upper triangle and the right-hand side, and is overwritten. False
+    if a pivot is not larger than `least`: the system does not determine the answer.
     """
     size = len(system)
     for a in range(size):

@@ -1,8 +1,8 @@
-"""Tables for spreadsheets: a workbook of typed cells, or text parted by commas or semicolons.
+"""Tables for spreadsheets: a workbook of typed cells, or CSV.
 
-A workbook (.xlsx, ECMA-376) holds numbers as numbers, so that every program shows them with the
-decimal sign of its user. Text does not: where the comma is the decimal sign, `65.213` is read as
-65213. So the workbook comes first, and text for such a place has decimal commas and semicolons.
+A workbook (.xlsx, ECMA-376) holds numbers as numbers, which every program shows with its user's
+decimal sign. In a CSV, `65.213` is read as 65213 where the comma is the decimal sign: there it has
+decimal commas, and semicolons between the columns.
 """
 
 import csv
@@ -14,22 +14,22 @@ from math import isfinite
 from typing import Literal
 
 Decimal = Literal["point", "comma"]
-"""The decimal sign of a text; with a comma its columns are parted by semicolons."""
+"""Decimal sign of a CSV; with a comma its columns are separated by semicolons."""
 Cell = str | float | int | bool | date | None
 
 _UNITS = {"mm": "mm", "mm2": "mm\u00b2", "mm3": "mm\u00b3", "ml": "mL"}
-"""Endings of columns' names."""
+"""Units by the ending of a column's name."""
 _MADE = datetime(2000, 1, 1, tzinfo=UTC)
-"""A workbook's date, so that the same table gives the same bytes."""
+"""Fixed date of a workbook, so that the same table gives the same bytes."""
 _LONGEST_TITLE, _WIDEST = 31, 60
 _LONGEST_CELL = 32_767
-"""Letters that a cell of a workbook holds: of a longer text the end is left off, with dots."""
+"""Characters that a cell of a workbook holds; longer texts are truncated."""
 _NUMBERS = "0.00##"
 _COUNTED = "0"
 _DAYS = "yyyy-mm-dd"
-_OF_FORMULAS = ("=", "+", "-", "@", "\t")
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t")
 _BYTE_ORDER_MARK = "\ufeff"
-"""By it Excel knows UTF-8."""
+"""Tells Excel that a CSV is UTF-8."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,10 +46,10 @@ class Table:
 
 
 def csv_of(table: Table, decimal: Decimal = "point") -> str:
-    """The table as text; a number has its decimal sign, and nothing parts its thousands."""
+    """The table as CSV, without thousands separators."""
     text = io.StringIO()
-    apart = ";" if decimal == "comma" else ","
-    sheet = csv.writer(text, lineterminator="\n", delimiter=apart)
+    delimiter = ";" if decimal == "comma" else ","
+    sheet = csv.writer(text, lineterminator="\n", delimiter=delimiter)
     sheet.writerow(table.columns)
     for row in table.rows:
         sheet.writerow([_as_text(cell, decimal) for cell in row])
@@ -57,7 +57,7 @@ def csv_of(table: Table, decimal: Decimal = "point") -> str:
 
 
 def xlsx_of(tables: Sequence[Table]) -> bytes:
-    """A workbook with a sheet for each table; headings have their units in brackets."""
+    """A workbook with a sheet for each table; headings have units in brackets."""
     from xlsxwriter import Workbook  # a twentieth of a second, for workbooks alone
 
     content = io.BytesIO()
@@ -112,16 +112,16 @@ def _as_text(cell: Cell, decimal: Decimal) -> str:
     if isinstance(cell, bool):
         return str(cell).lower()
     if isinstance(cell, str):
-        # What begins like a formula gets an apostrophe: a spreadsheet takes it for text.
-        return f"'{cell}" if cell[:1] in _OF_FORMULAS else cell
+        # An apostrophe, as against CSV injection: else a spreadsheet would take it for a formula.
+        return f"'{cell}" if cell[:1] in _FORMULA_STARTS else cell
     return str(cell).replace(".", ",") if decimal == "comma" else str(cell)
 
 
 def several(numbers: Sequence[float], decimal: Decimal = "point") -> str:
-    """Numbers in one cell, parted by spaces."""
+    """Numbers in one cell, separated by spaces."""
     return " ".join(_as_text(_unsigned(number), decimal) for number in numbers)
 
 
 def _unsigned(cell: Cell) -> Cell:
-    """The cell; a zero without its sign: what is rounded from just below is 0.0, not -0.0."""
+    """The cell, with 0.0 for -0.0."""
     return 0.0 if isinstance(cell, float) and cell == 0.0 else cell

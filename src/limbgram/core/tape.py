@@ -1,8 +1,8 @@
-"""Tape: how surely a girth is read with a tape, and when a reading contradicts a surface.
+"""Tape: the sigma of a taped girth, and when a reading contradicts a surface.
 
 One rule for the measuring table, the verdict, the app and the record: the difference between
-reading and surface is counted in standard deviations of both, that of the tape (reading it, and
-laying it at the height stated) and that of the surface's own girth.
+reading and surface in combined standard deviations, of the tape (its reading, and the height at
+which it lay) and of the girth on the surface.
 """
 
 import math
@@ -12,20 +12,20 @@ from limbgram.core.errors import OptionsError
 from limbgram.core.interval import COVER
 
 READING_SIGMA_MM = 1.5
-"""Standard deviation of one reading, where none is stated. Lengths on below-knee limbs repeat
+"""Standard deviation of one reading, if none is stated. Lengths on below-knee limbs repeat
 within 1 % (Commean et al. 1996, Arch Phys Med Rehabil 77:477-486): 3 mm on a girth of 300 mm, taken
 as two standard deviations. Where several people tape at a line drawn on the calf, 96 % of pairs
 lie within 6 mm (Tunc et al. 2007, Angiology 58:593-596): 2.1 mm for one reading."""
 PLACING_SIGMA_MM = 3.0
 """Standard deviation of the height at which a tape was laid."""
 AGREES_SIGMAS = 2.0
-"""Up to here a reading agrees: 95 of 100 readings of a right surface do."""
+"""Up to here a reading agrees, as 95 % of the readings of a correct surface do."""
 CONTRADICTS_SIGMAS = 4.0
-"""Beyond, no error of reading explains the difference: 6 mm, three plies of sock, on 350 mm."""
+"""Beyond, the reading contradicts: on 350 mm this is 6 mm, three plies of sock."""
 
 
 def require_tape(girth_mm: float, sigma_mm: float) -> None:
-    """Refuse what no tape reads on a limb."""
+    """Refuse a girth or a sigma that no tape on a limb has."""
     if not (math.isfinite(girth_mm) and 10 < girth_mm < 3000):
         raise OptionsError("mesh.girth.impossible", girth_mm=girth_mm)
     if not 0 < sigma_mm < girth_mm:
@@ -33,9 +33,9 @@ def require_tape(girth_mm: float, sigma_mm: float) -> None:
 
 
 def read_girth(text: str) -> tuple[float, float]:
-    """Girth and its standard deviation, mm, of a text: 354, or 354+-4 where ± is stated.
+    """Girth and its standard deviation, mm, from a text: 354, or 354+-4 with a 95 % interval.
 
-    ± holds in 95 of 100, as everywhere. The girth is NaN where the text is none.
+    Both are NaN if the text is no girth.
 
     >>> read_girth("354")
     (354.0, 1.5)
@@ -59,5 +59,5 @@ def tape_sigma_mm(reading_sigma_mm: float, taper_mm: float) -> float:
 
 
 def sigmas_apart(difference_mm: float, *sigmas_mm: float) -> float:
-    """A difference in standard deviations of all that is unsure about it."""
+    """A difference in combined standard deviations."""
     return abs(difference_mm) / math.hypot(*sigmas_mm)

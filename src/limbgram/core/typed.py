@@ -1,15 +1,13 @@
 """Typed values from the plain trees of JSON and TOML, and such trees from typed values.
 
 The annotations of a frozen dataclass are the schema: a tree that does not fit them is refused with
-the exact place, such as `parameters.k1`, in words for people. Nothing is converted but whole
-numbers to floats: no text to a number, no truth value to 1. What says how it is written as a text
-(`core.declared.Text`) may be one.
+its path, such as `parameters.k1`, in words for people. Only integers are converted, to floats: no
+text becomes a number, no boolean becomes 1. A field with `core.request_fields.Text` may be a text.
 
-Own code, because no library was found to do it without half of this around it. Measured with
-thirteen trees that must be refused: msgspec 0.22 takes unknown names and NaN, and no union of two
-dataclasses; pydantic 2.14 in strict mode takes no mapping for a dataclass, and imports in 160 ms;
-cattrs 26.2 has no answer for `str | tuple[float, float, float]`, and imports in 60 ms. Their
-messages name types of Python and not the value.
+Why no library: of thirteen trees that must be refused, msgspec 0.22 accepts unknown names and NaN,
+and it has no union of two dataclasses; pydantic 2.14 in strict mode takes no mapping for a
+dataclass, and imports in 160 ms; cattrs 26.2 has no answer for `str | tuple[float, float, float]`,
+and imports in 60 ms. Their messages name types of Python and not the value.
 """
 
 import math
@@ -28,7 +26,7 @@ from limbgram.findings import Finding, as_json, note
 T = TypeVar("T")
 
 Special = Callable[[object, Any, str], object]
-"""Reads a type in its own way: (tree, type, place) to a value, or NotImplemented."""
+"""Reader of a type with a form of its own: (tree, type, path) to a value, or NotImplemented."""
 
 
 class Mismatch(ValueError):
@@ -37,15 +35,15 @@ class Mismatch(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class Strictness:
-    """What is taken beyond what every tree has to fulfil."""
+    """What is accepted, and what is checked."""
 
     pass_over_unknown: bool = False
-    """Names that the type does not have are left alone: later versions may write more."""
+    """Ignore names that the type does not have: later versions may write more."""
     below: float = 1e300
-    """No number with a fraction may be as large."""
+    """Bound on the magnitude of floats."""
     special: Special | None = None
     limits: bool = True
-    """Numbers are held to the limits beside their type; False where what reads them does that."""
+    """Check `Within`; False if the reader of the values does so."""
 
 
 STRICT = Strictness()
@@ -55,7 +53,7 @@ def value_of(tree: object, hint: type[T], at: str = "", strictness: Strictness =
     """The value of a type that a tree describes.
 
     Args:
-        at: What the tree is, for messages; the names of fields are put behind it.
+        at: Path of the tree, for messages; names of fields are appended.
 
     Raises:
         Mismatch: the tree does not fit the type; says where, what belongs there and what is there.
@@ -64,12 +62,12 @@ def value_of(tree: object, hint: type[T], at: str = "", strictness: Strictness =
 
 
 def any_value_of(tree: object, hint: Any, at: str = "", strictness: Strictness = STRICT) -> Any:
-    """The same for what is no class: a union, a Literal, a tuple of something."""
+    """`value_of` for a hint that is no class: a union, a Literal, a tuple of something."""
     return _value(tree, hint, at, strictness)
 
 
 def fields_of(tree: dict[str, Any], hint: type[T], at: str = "", by: Strictness = STRICT) -> T:
-    """A dataclass from the values of its fields; those with a default may be missing."""
+    """A dataclass from a mapping; fields with a default may be missing."""
     schema = _schema(hint)
     unknown = [name for name in tree if name not in schema]
     if unknown and not by.pass_over_unknown:
@@ -89,8 +87,8 @@ def fields_of(tree: dict[str, Any], hint: type[T], at: str = "", by: Strictness 
 def tree_of(value: object) -> Any:
     """Frozen dataclasses, tuples, mappings and scalars as a tree that JSON can hold.
 
-    A field's name is its key; a finding has its sentence beside its values. Where JSON has no
-    number, for what is not known or infinite, the tree has None.
+    A field's name is its key; a finding has its sentence beside its values. NaN and infinity, which
+    JSON lacks, become None.
     """
     match value:
         case None | bool() | int() | str():
@@ -137,14 +135,14 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
     if is_dataclass(hint) and isinstance(hint, type):
         return fields_of(cast(dict[str, Any], tree), hint, at, by)
     if hint is float:
-        if not -by.below < tree < by.below:  # NaN is not
+        if not -by.below < tree < by.below:  # false for NaN
             raise Mismatch(f"{at or 'it'} must be a number within reason, not {tree!r:.60}")
         return float(tree)
     return tree
 
 
 def _within(number: Any, limits: Within, at: str) -> Any:
-    """A number that lies within its limits; None has none."""
+    """A number that lies within its limits; None passes."""
     if number is not None and not limits.holds(number):
         lie = "be above" if limits.above else "lie between"
         to = "and up to" if limits.above else "and"
@@ -171,18 +169,18 @@ def _finding(tree: object, at: str) -> Finding:
 
 
 def _one_of(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> Any:
-    """The first type of a union that fits; if only one can be meant, what that one says."""
+    """The first type of a union that fits; if only one can be meant, its own error."""
     if tree == "" and {*parts} == {Finding, types.NoneType}:  # as earlier versions wrote it
         return None
     likely = [part for part in parts if _may_be(tree, part)]
-    told: list[Mismatch] = []
+    errors: list[Mismatch] = []
     for part in likely:
         try:
             return _value(tree, part, at, by)
         except Mismatch as error:
-            told.append(error)
-    if len(told) == 1:
-        raise told[0]
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
     wanted = " or ".join(words_of_type(part) for part in parts if part is not types.NoneType)
     raise Mismatch(f"{at or 'it'} must be {wanted}, not {tree!r:.60}")
 
@@ -205,7 +203,7 @@ def _sequence(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> tuple
 
 
 def _may_be(tree: object, hint: Any) -> bool:
-    """Whether a tree is of the kind that a type is written as; its inside is not looked at."""
+    """Whether a tree is of the kind that a type is written as; its content is not checked."""
     if get_origin(hint) is Literal:
         return any(type(tree) is type(one) and tree == one for one in get_args(hint))
     if get_origin(hint) is tuple:
@@ -220,11 +218,11 @@ def _may_be(tree: object, hint: Any) -> bool:
         return isinstance(tree, types.NoneType if hint is None else hint) and (
             hint is bool or not isinstance(tree, bool)
         )
-    return True  # `special` tells
+    return True  # `special` decides
 
 
 def words_of_type(hint: Any) -> str:
-    """What belongs there, for people."""
+    """What a type is written as, for people."""
     if get_origin(hint) is Annotated:
         return words_of_type(get_args(hint)[0])
     if get_origin(hint) is Literal:

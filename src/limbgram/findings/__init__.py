@@ -1,7 +1,7 @@
-"""Findings: what the program has to say, as data; its words stand in files, once for all doors.
+"""Findings: messages of the program as data; their words stand in files, one for each language.
 
-    finding   a code, how grave it is, and its values
-    tell      the sentence of a finding in a language
+    finding   a code, its gravity and its values
+    tell      sentence and advice of a finding in a language
     words/    LANGUAGE/TOPIC.toml: sentence and advice of every code that begins with the topic
 
 Numeric code yields findings, and refusals carry one. Terminal, page and PDF word them by `told`;

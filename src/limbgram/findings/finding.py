@@ -1,9 +1,9 @@
-"""A finding: one thing that the program has to say.
+"""A finding: one message of the program, as data.
 
-A code names its words: `tape.conflict` stands under `[conflict]` in `words/en/tape.toml`. The
-values fill in the sentence; a value's name carries its unit (`height_mm`, `share`). By convention a
-place is told by `point_mm` (three numbers, in the shape's frame), `height_mm` (in the limb's), or
-`photo` (a name): what shows findings marks those.
+The code names its words: `tape.conflict` stands under `[conflict]` in `words/en/tape.toml`. The
+values fill in the sentence; a value's name carries its unit (`height_mm`, `share`). A place is
+given by `point_mm` (x, y, z in the shape's frame), `height_mm` (in the limb's frame) or `photo` (a
+name), which displays mark.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,26 +13,26 @@ from typing import Any, Union, cast
 
 
 class Gravity(StrEnum):
-    """How much a finding matters, the least first."""
+    """Severity of a finding, the least first."""
 
     NOTE = "note"
     """Good to know."""
     DOUBT = "doubt"
-    """Weakens the result, or somebody has to look."""
+    """Weakens the result, or needs somebody to look."""
     FAULT = "fault"
     """Spoils the result, or refuses it."""
 
 
 Value = Union[None, bool, int, float, str, "Finding", tuple["Value", ...]]
-"""What fills in a sentence; a finding inside another is the reason of it."""
+"""A value of a sentence; a finding as a value is the reason of the outer one."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that the program has to say."""
+    """One message of the program, as data."""
 
     code: str
-    """Its topic and its name, with dots: `tape.conflict`."""
+    """Topic and name, with dots: `tape.conflict`."""
     gravity: Gravity = Gravity.NOTE
     values: Mapping[str, Value] = field(default_factory=dict[str, Value], hash=False)
 
@@ -48,20 +48,20 @@ class Finding:
         return {"code": self.code, "gravity": self.gravity.value, "values": values}
 
     def with_texts(self, change: Callable[[str], str]) -> "Finding":
-        """The same with other texts among its values, such as paths made short."""
+        """The finding with every text among its values changed, such as paths shortened."""
         values = {name: _changed(value, change) for name, value in self.values.items()}
         return Finding(self.code, self.gravity, values)
 
     def about(self, what: str) -> "Finding":
-        """The same with `what` as the subject of its sentence, unless it has one."""
+        """The finding with `what` as the subject of its sentence, unless it has one."""
         return Finding(self.code, self.gravity, {"what": what, **self.values})
 
     @classmethod
     def from_tree(cls, tree: object) -> "Finding":
-        """What `tree` wrote.
+        """Inverse of `tree`.
 
         Raises:
-            ValueError: it is none.
+            ValueError: the tree is no finding.
         """
         match tree:
             case {"code": str(code), "gravity": str(gravity), "values": dict(values)}:
@@ -73,7 +73,7 @@ class Finding:
 
     @classmethod
     def __get_pydantic_core_schema__(cls, _source: Any, _handler: Any) -> Any:
-        """A dataclass that holds findings is an answer or a body of the app as it stands."""
+        """Lets dataclasses that hold findings be bodies and answers of the app."""
         from pydantic_core import core_schema as schema
 
         fields = {
@@ -94,17 +94,17 @@ class Finding:
 
 
 def note(code: str, /, **values: Value) -> Finding:
-    """Something good to know."""
+    """A finding that is good to know."""
     return Finding(code, Gravity.NOTE, values)
 
 
 def doubt(code: str, /, **values: Value) -> Finding:
-    """Something that weakens the result, or that somebody has to look at."""
+    """A finding that weakens the result, or needs somebody to look."""
     return Finding(code, Gravity.DOUBT, values)
 
 
 def fault(code: str, /, **values: Value) -> Finding:
-    """Something that spoils the result."""
+    """A finding that spoils the result, or refuses it."""
     return Finding(code, Gravity.FAULT, values)
 
 
@@ -127,7 +127,7 @@ def _tree_of(value: Value) -> Any:
         case tuple():
             return [_tree_of(one) for one in value]
         case float():
-            return value if abs(value) < float("inf") else None  # NaN is not
+            return value if abs(value) < float("inf") else None  # NaN compares false
         case _:
             return value
 

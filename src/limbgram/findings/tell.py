@@ -51,9 +51,9 @@ from limbgram.findings.finding import Finding, Value
 
 Language = Literal["en", "de"]
 LANGUAGES: tuple[Language, ...] = get_args(Language)
-"""The first is what everything is told in where nobody asked otherwise."""
+"""The first is the default."""
 Door = Literal["command", "app"]
-"""Before which of the program's doors somebody stands: advice names what is at hand there."""
+"""Where the reader is: advice for the command line names commands, for the app it does not."""
 _WORDS = files("limbgram.findings") / "words"
 _JOINED_BY = {"and": {"en": "and", "de": "und"}, "or": {"en": "or", "de": "oder"}}
 _CHOICE = re.compile(r"([\w ./-]*)=(.*)", re.DOTALL)
@@ -61,7 +61,7 @@ _NUMBER = re.compile(r"([+]?)(,?(?:\.\d+)?[dfg%]?)")
 _HALF_WIDTH = re.compile(r"±\.(\d)f")
 _FIRST = re.compile(r"first (\d+)")
 _NAMED = ("term", "axis", "kind", "part")
-"""What a name is that of: one word may name several things, as foot does."""
+"""Kinds of name: one word may name several things, as foot does."""
 _PIECES = re.compile(r"(, |: )")
 _NamesIn = Callable[[str], Mapping[str, str]]
 _ADDED: list[_NamesIn] = []
@@ -70,20 +70,20 @@ _ADDING = threading.RLock()
 
 @dataclass(frozen=True)
 class Words:
-    """What is said of a code."""
+    """The words of one code in one language."""
 
     says: str
     why: str = ""
-    """What follows the first sentence, before the advice."""
+    """Said after the first sentence, before the advice."""
     do: str = ""
     app: str | None = None
-    """The advice before the app; None where it is the same."""
+    """Advice in the app; None: the same as `do`."""
     short: str = ""
-    """What alone, for one line of a list; empty where `says` is short enough."""
+    """One line for a list; empty: `says` and `why`."""
 
     @property
     def sentence(self) -> str:
-        """What and why."""
+        """`says` and `why`."""
         return f"{self.says} {self.why}" if self.why else self.says
 
     def advice(self, door: Door) -> str:
@@ -91,22 +91,22 @@ class Words:
 
 
 def told(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
-    """What is found, and what to do about it."""
+    """Sentence and advice of a finding."""
     parts = (sentence(finding, language, door), advice(finding, language, door))
     return " ".join(filter(None, parts))
 
 
 def sentence(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
-    """What is found, and why."""
+    """Sentence of a finding: what, and why."""
     words = _words_of(finding.code, language)
-    if words is None:  # a file of a later version may hold such
+    if words is None:  # a code of a later version, read from a file
         values = ", ".join(f"{name} {value}" for name, value in finding.values.items())
         return f"{finding.code}: {values}." if values else f"{finding.code}."
     return filled(words.sentence, finding.values, language, door)
 
 
 def advice(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
-    """What to do about it; empty where there is nothing to do."""
+    """Advice of a finding; empty if there is nothing to do."""
     words = _words_of(finding.code, language)
     if words is None:
         return ""
@@ -114,7 +114,7 @@ def advice(finding: Finding, language: str = LANGUAGES[0], door: Door = "command
 
 
 def in_short(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
-    """What is found, in one line; the sentence of a finding that has no short words."""
+    """A finding in one line: its short words or, if it has none, its sentence."""
     words = _words_of(finding.code, language)
     if words is None or not words.short:
         return sentence(finding, language, door)
@@ -122,7 +122,7 @@ def in_short(finding: Finding, language: str = LANGUAGES[0], door: Door = "comma
 
 
 def as_json(finding: Finding) -> dict[str, Any]:
-    """A finding as JSON keeps it, with the English sentence for readers without the words."""
+    """A finding as JSON keeps it, with its English sentence and advice."""
     return {**finding.tree(), "sentence": told(finding)}
 
 
@@ -133,7 +133,7 @@ def all_words(language: str) -> dict[str, Words]:
 
 
 def terms(language: str) -> Mapping[str, str]:
-    """Names of things, such as places of the body, by their English ones."""
+    """Translated names of things, such as landmarks, by their English names."""
     with _ADDING:
         known, taken = _terms(language)
         for names_in in _ADDED[len(taken) :]:
@@ -143,10 +143,9 @@ def terms(language: str) -> Mapping[str, str]:
 
 
 def add_terms(names_in: _NamesIn) -> None:
-    """Names of things whose words stand beside their code, as those of edits do, in a language.
+    """Register a function that gives more names in a language, as of edits, which name themselves.
 
-    They are asked for when a name is told first: reading them out of the source of all edits costs
-    a tenth of a second, which English, whose names they are, never needs.
+    It is called when a name is first translated, as importing all edits takes a tenth of a second.
     """
     _ADDED.append(names_in)
 
@@ -157,21 +156,21 @@ def filled(
     language: str = LANGUAGES[0],
     door: Door = "command",
 ) -> str:
-    """A template with its values put in."""
+    """A template filled with values."""
     return _filled(template, _Put(values, language, door))
 
 
 def placeholders(template: str) -> set[str]:
-    """The values that a template asks for."""
-    asked: set[str] = set()
+    """Names of the values in a template."""
+    names: set[str] = set()
     for _text, name, how, _conversion in string.Formatter().parse(template):
         if name is not None:
-            asked |= {name, *placeholders(how or "")}
-    return asked
+            names |= {name, *placeholders(how or "")}
+    return names
 
 
 def _named(name: str, what: str, language: str) -> str:
-    """A name of a thing in a language; itself where it has none."""
+    """A name translated, or its pieces; itself if there is no translation."""
     known = terms(language)
     whole = known.get(f"{what} {name}", known.get(name))
     if whole is not None or not _PIECES.search(name):
@@ -184,7 +183,7 @@ def _named(name: str, what: str, language: str) -> str:
 
 @cache
 def _terms(language: str) -> tuple[dict[str, str], list[_NamesIn]]:
-    """The names known so far, and of whose those that were added are among them."""
+    """The names known so far, and the registered functions whose names are among them."""
     file = _WORDS / language / "terms.toml"
     return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8"))), []
 
@@ -222,7 +221,7 @@ def _flat(code: str, table: dict[str, Any]) -> Iterator[tuple[str, Words]]:
 
 @dataclass(frozen=True)
 class _Put:
-    """What is put into a template, in which language and for which door."""
+    """Values for a template, its language and its door."""
 
     values: Mapping[str, Value]
     language: str
@@ -260,7 +259,7 @@ def _said(value: Value, how: str, put: _Put) -> str:
 
 
 def _chosen(value: Value, how: str) -> str:
-    """One of the alternatives between bars: by a key before `=`, or for one and for more."""
+    """One of the alternatives between bars: by the key before `=`, or singular and plural."""
     alternatives = _split(how)
     keyed = [_CHOICE.fullmatch(one) for one in alternatives]
     if all(keyed):
@@ -272,7 +271,7 @@ def _chosen(value: Value, how: str) -> str:
 
 
 def _split(how: str) -> list[str]:
-    """The alternatives; bars inside braces belong to what stands there."""
+    """Split at the bars that are not inside braces."""
     parts, depth = [""], 0
     for letter in how:
         depth += {"{": 1, "}": -1}.get(letter, 0)
@@ -311,19 +310,20 @@ def _several(items: tuple[Value, ...], how: str, put: _Put) -> str:
 def _number(value: float, how: str, language: str) -> str:
     half, known = _HALF_WIDTH.fullmatch(how), _NUMBER.fullmatch(how)
     if not (half or known):
-        raise ValueError(f"{how!r} is no way to tell a number")
+        raise ValueError(f"{how!r} is no format of a number")
     if not abs(value) < float("inf"):
         return "?"
     if half:
-        text = _half_width(value, int(half[1]))
+        text = f"± {half_width_text(value, int(half[1]))}"
     elif known and how.endswith(("f", "%")):
-        text = format(value, f"{known[1]}z{known[2]}")  # what rounds to nothing has no minus
+        text = format(value, f"{known[1]}z{known[2]}")  # z: no -0.0
     else:
         text = format(value, how) if how else repr(value).removesuffix(".0")
     return text if language == "en" else text.translate(str.maketrans(".,", ",."))
 
 
-def _half_width(value: float, decimals: int) -> str:
+def half_width_text(value: float, decimals: int) -> str:
+    """Half an interval as a text; what would round to zero keeps one significant digit."""
     if 0 < value < 0.5 * 10.0**-decimals:
         decimals = min(-math.floor(math.log10(value)), 9)
-    return f"± {value:.{decimals}f}"
+    return f"{value:.{decimals}f}"

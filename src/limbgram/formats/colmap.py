@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.errors import ExportError
 from limbgram.core.files import other_count, require, write_folder
 from limbgram.core.geometry.lens import FROM_CORNER_PX, OPENCV, PARAMETERS, Camera, without_skew
-from limbgram.core.run import signals_kept
+from limbgram.core.run import signal_handlers_kept
 from limbgram.findings import fault
 from limbgram.formats.writing import target, write_poses_tree
 from limbgram.reconstruction.mapping.colours import GREY
@@ -143,7 +143,7 @@ def _write_points(stream: BinaryIO, scene: Scene, colours: UInt8[np.ndarray, "n 
 
 def _check(written: Path, scene: Scene) -> None:
     """Refuse a model whose points pycolmap projects elsewhere than our own cameras do."""
-    with signals_kept():
+    with signal_handlers_kept():
         import pycolmap  # only where photos were placed
 
     read = pycolmap.Reconstruction(str(written))

@@ -17,12 +17,12 @@ placeholder for them.
 from collections.abc import Sequence
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from jaxtyping import Int64
 
-from limbgram.core.files import other, other_count, require, write_file
+from limbgram.core.files import other, other_count, require, write_bytes
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import fault
@@ -57,13 +57,10 @@ def write_drawing(
 ) -> Path:
     """Write a surface, its curves and landmarks, in one frame, and read them back."""
 
-    def encode(stream: BinaryIO) -> None:
-        stream.write(_encoded(mesh, unit, curves, landmarks))
-
     def check(written: Path) -> None:
         _check(written, path.name, mesh, unit, curves, landmarks)
 
-    return write_file(path, encode, check)
+    return write_bytes(path, _encoded(mesh, unit, curves, landmarks), check)
 
 
 def _layer(kind: str, unit: Unit) -> str:

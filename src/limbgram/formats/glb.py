@@ -20,13 +20,13 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, cast
 
 import numpy as np
 from jaxtyping import Float32, Float64, Int64
 
 from limbgram.core.errors import ShapeFileError, reason_of
-from limbgram.core.files import ContentError, json_of, other, require, write_file
+from limbgram.core.files import ContentError, json_of, other, require, write_bytes
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, fault, note
@@ -99,9 +99,6 @@ def write_marked_glb(mesh: Mesh, path: Path | str, landmarks: Sequence[Landmark]
 def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) -> Path:
     content = _encoded(mesh, unit, landmarks)
 
-    def encode(stream: BinaryIO) -> None:
-        stream.write(content)
-
     def check(written: Path) -> None:
         read = read_glb(written.read_bytes(), path.name)
         corners_mm = (read.mesh.vertices_mm / _M_PER_MM)[read.mesh.faces]
@@ -112,7 +109,7 @@ def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) ->
         require(_same(read.mesh.sigma_mm, sigma_m), other(path.name, "sigmas"))
         require(_same_landmarks(read.landmarks, landmarks), other(path.name, "landmarks"))
 
-    return write_file(path, encode, check)
+    return write_bytes(path, content, check)
 
 
 def _same(one: np.ndarray | None, two: np.ndarray | None) -> bool:

@@ -1,12 +1,11 @@
 """A limb on disk: its mesh, and the limb file beside it with landmarks, frame, side and sock."""
 
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from limbgram.core.errors import ExportError
-from limbgram.core.files import other, require, write_file
+from limbgram.core.files import other, require, write_bytes
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.reading import read_mesh
@@ -60,9 +59,7 @@ def write_limb_file(
 
 def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: float) -> Path:
     path = limb_file_for(mesh_path)
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(encode_record(limb, mesh_path.name, mesh_hash, mm_per_unit))
+    content = encode_record(limb, mesh_path.name, mesh_hash, mm_per_unit)
 
     def check(written: Path) -> None:
         record = read_record(written, mesh_path, mesh_hash)
@@ -79,9 +76,9 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
             if record.frame is not None:
                 read = read.with_frame(record.frame)
             again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)
-        require(again == written.read_bytes(), other(path.name, "record"))
+        require(again == content, other(path.name, "record"))
 
-    return write_file(path, encode, check)
+    return write_bytes(path, content, check)
 
 
 def _same_surface(one: Mesh, other: Mesh) -> bool:

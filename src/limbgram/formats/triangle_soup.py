@@ -24,7 +24,7 @@ from limbgram.core.mesh.topology import (
     find_edges,
     half_edges,
     is_edge_manifold,
-    sheets_apart,
+    split_nonmanifold_vertices,
     volume_mm3,
     with_faces,
 )
@@ -123,11 +123,11 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
     _require_joined(faces, name)
     wound = _wound_alike(faces)
     turned = int((wound != faces).any(1).sum())
-    whole = sheets_apart(replace(mesh, faces=wound))
+    whole = split_nonmanifold_vertices(replace(mesh, faces=wound))
     kept = whole.faces
     if not is_edge_manifold(kept):
         kept = make_manifold(kept)
-        whole = sheets_apart(with_faces(whole, kept))
+        whole = split_nonmanifold_vertices(with_faces(whole, kept))
     else:
         whole = with_faces(whole, kept)
     if volume_mm3(whole) < 0:

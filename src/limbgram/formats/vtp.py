@@ -9,12 +9,11 @@ import base64
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
 from xml.etree import ElementTree
 
 import numpy as np
 
-from limbgram.core.files import other, require, write_file
+from limbgram.core.files import other, require, write_bytes
 from limbgram.core.mesh.mesh import Mesh, unsigned
 from limbgram.formats.format import Format
 from limbgram.formats.writing import Unit, require_same_triangles, target
@@ -30,9 +29,6 @@ def write_vtp(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
     path = target(path, unit, unscaled=unscaled)
     points = dict(_point_data(mesh))
 
-    def encode(stream: BinaryIO) -> None:
-        stream.write(b"".join(_lines(mesh, unit, points)))
-
     def check(written: Path) -> None:
         read = {one.attrib["Name"]: one for one in ElementTree.parse(written).iter("DataArray")}
         places = _array(read["Points"]).reshape(-1, 3)
@@ -44,7 +40,7 @@ def write_vtp(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
             )
             require(same, other(path.name, name))
 
-    return write_file(path, encode, check)
+    return write_bytes(path, b"".join(_lines(mesh, unit, points)), check)
 
 
 def _point_data(mesh: Mesh) -> Iterator[tuple[str, np.ndarray]]:

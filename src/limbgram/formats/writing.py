@@ -3,13 +3,13 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, BinaryIO, Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import ExportError
-from limbgram.core.files import other, other_count, require, write_file
+from limbgram.core.files import other, other_count, require, write_bytes
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, crosses
 from limbgram.findings import fault
@@ -34,13 +34,10 @@ def target(path: Path | str, unit: Unit, *, unscaled: bool) -> Path:
 def write_poses_tree(tree: Mapping[str, Any], path: Path) -> Path:
     """Write cameras and poses as JSON, and read them back without any difference."""
 
-    def encode(stream: BinaryIO) -> None:
-        stream.write(json.dumps(tree, indent=1).encode())
-
     def check(written: Path) -> None:
         require(json.loads(written.read_bytes()) == tree, other(path.name, "poses"))
 
-    return write_file(path, encode, check)
+    return write_bytes(path, json.dumps(tree, indent=1).encode(), check)
 
 
 def require_same_triangles(

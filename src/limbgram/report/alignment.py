@@ -102,7 +102,7 @@ def signed_mm(
     points_mm: Points3, truth: Truth
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Distances from the truth, positive outside, and whether the seen truth is what is near."""
-    found = truth.surface.signed(points_mm)
+    found = truth.surface.query(points_mm)
     near = np.abs(found.signed_mm) < 5 * _FAR_MM
     return found.signed_mm, truth.seen[truth.faces[found.faces]].all(1) & near
 

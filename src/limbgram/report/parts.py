@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from limbgram.core.mesh.mesh import Mesh, Relation
-from limbgram.core.mesh.topology import faces_inwards
+from limbgram.core.mesh.topology import is_inside_out
 from limbgram.findings import told
 from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
 
@@ -78,7 +78,7 @@ def place_of(row: PartSummary, unit: str) -> str:
 
 
 def _side(mesh: Mesh) -> str:
-    return "inside" if faces_inwards(mesh) else "outside"
+    return "inside" if is_inside_out(mesh) else "outside"
 
 
 def _name(relation: Relation, mesh: Mesh | None) -> str:

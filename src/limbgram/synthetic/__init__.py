@@ -1,4 +1,4 @@
-"""Synthetic: captures of limbs that never were, with the exact truth beside them.
+"""Synthetic: rendered captures of synthetic limbs, with the exact truth beside them.
 
 In      CaptureOptions: limb, paint, walk round, lens, board, noise.
 Out     a Capture: photos, calibration photos and truth in a folder.

@@ -1,9 +1,9 @@
-"""Capture: photos of a limb that never was, with the exact truth beside them.
+"""Capture: rendered photos of a synthetic limb, with the exact truth beside them.
 
 In      CaptureOptions.
-Out     a folder: images/, calibration/ and truth/ (mesh.ply, cameras.json, board.json,
-        notes.json, masks/); it appears whole or not at all.
-Fails   CaseError: the folder is there already, or cannot be written.
+Out     a folder, written atomically: images/, calibration/ and truth/ (mesh.ply, cameras.json,
+        board.json, notes.json, masks/).
+Fails   CaseError: the folder exists already, or cannot be written.
 """
 
 import os
@@ -49,14 +49,20 @@ from limbgram.synthetic.rendering.developing import (
     store_again,
     write_jpeg,
 )
-from limbgram.synthetic.rendering.renderer import Stage, nearness_of, render, seen, silhouette
+from limbgram.synthetic.rendering.renderer import (
+    RenderScene,
+    inverse_depth_of,
+    render,
+    seen,
+    silhouette,
+)
 from limbgram.synthetic.rendering.shading import Light, Lighting, light_of, shadow_edge
 from limbgram.synthetic.truth import Truth, ideal_camera, stage_truth
 from limbgram.synthetic.truth_files import write_record
 from limbgram.synthetic.turned_limb import TurnedOver, Turning, standing_photos
 
 _TEXELS_PER_PIXEL = 3.0
-"""Finer paint shows in no photo, and takes memory."""
+"""Resolution of the texture: finer paint would show in no photo."""
 _FINEST_TEXEL_MM = 0.08
 
 
@@ -100,24 +106,25 @@ def make_capture(folder: Path | str, options: CaptureOptions = DEFAULTS) -> Capt
 
 def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
     """Take every photo and write the truth."""
-    ring, bench = _stages(truth, options)
+    limb_scene, board_scene = _scenes(truth, options)
     middle = truth.limb.mesh.vertices_mm.mean(0)
 
     def take(photo_idx: int) -> Bool[np.ndarray, " n"] | None:
         if photo_idx >= len(truth.views):
             view = truth.calibration_views[photo_idx - len(truth.views)]
-            near_mm = float(np.linalg.norm(view.centre_in_world))
-            light = light_of(Lighting(), view.camera_from_world, near_mm, np.zeros(3))
+            flash_mm = float(np.linalg.norm(view.centre_in_world))
+            light = light_of(Lighting(), view.camera_from_world, flash_mm, np.zeros(3))
             shot = _Shot(view, Session.CALIBRATION, photo_idx - len(truth.views), photo_idx)
-            _take(shot, bench, light, folder / "calibration", options)
+            _take(shot, board_scene, light, folder / "calibration", options)
             return None
         view, limb = truth.views[photo_idx], _limb_in(truth, photo_idx, options)
-        room = truth.in_room(photo_idx)
+        view_in_room = truth.in_room(photo_idx)
         edge = shadow_edge(options.lighting, middle, options.seed, photo_idx)
-        light = light_of(options.lighting, room.camera_from_world, options.distance_mm, edge)
-        stage = _ring_stage(ring, truth, photo_idx, limb, options)
-        shot = _Shot(room, Session.RING, photo_idx, photo_idx)
-        _take(shot, stage, light, folder / "images", options)
+        camera_from_room = view_in_room.camera_from_world
+        light = light_of(options.lighting, camera_from_room, options.distance_mm, edge)
+        scene = _scene_in_photo(limb_scene, truth, photo_idx, limb, options)
+        shot = _Shot(view_in_room, Session.RING, photo_idx, photo_idx)
+        _take(shot, scene, light, folder / "images", options)
         _write_mask(silhouette(view, limb), folder / "truth" / "masks" / view.name)
         return seen(view, limb)
 
@@ -127,7 +134,7 @@ def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
 
 
 def _limb_in(truth: Truth, photo_idx: int, options: CaptureOptions) -> Limb:
-    """The limb as it is shaped in one photo."""
+    """The limb in the shape that it has in one photo."""
     movement = options.movement
     if movement is None or movement.kind is not MovementKind.BEND:
         return truth.limb
@@ -135,34 +142,34 @@ def _limb_in(truth: Truth, photo_idx: int, options: CaptureOptions) -> Limb:
     return bent(truth.limb, float(share) * movement.shift_mm, options.seed)
 
 
-def _ring_stage(
-    ring: Stage, truth: Truth, photo_idx: int, limb: Limb, options: CaptureOptions
-) -> Stage:
-    """What stands before the camera in one photo."""
+def _scene_in_photo(
+    scene: RenderScene, truth: Truth, photo_idx: int, limb: Limb, options: CaptureOptions
+) -> RenderScene:
+    """The limb's scene as it is in one photo."""
     turned_over = isinstance(options.turning, TurnedOver)
-    stands = standing_photos(options.photos) if turned_over else options.photos
-    push = truth.room_from_board[photo_idx]
+    standing = standing_photos(options.photos) if turned_over else options.photos
+    room_from_board = truth.room_from_board[photo_idx]
     faults = options.faults
     if faults.creep_mm > 0:
         slid_mm = faults.creep_mm * photo_idx / (options.photos - 1)
         limb = crept(limb, slid_mm, options.seed)
-    panels = ring.panels
+    panels = scene.panels
     if faults.background_mm > 0:
         panels = shifted_about(panels, faults.background_mm, options.seed, photo_idx)
     return replace(
-        ring,
+        scene,
         panels=tuple(
-            moved_panel(one, push) if isinstance(one.picture, PrintedBoard) else one
+            moved_panel(one, room_from_board) if isinstance(one.picture, PrintedBoard) else one
             for one in panels
         ),
         limb=limb,
-        stand=ring.stand if photo_idx < stands else None,
+        stand=scene.stand if photo_idx < standing else None,
         room_from_limb=truth.room_from_limb[photo_idx],
     )
 
 
-def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
-    """What stands before the camera: the limb, then the calibration board."""
+def _scenes(truth: Truth, options: CaptureOptions) -> tuple[RenderScene, RenderScene]:
+    """The scene of the limb and that of the calibration board."""
     pixel_mm = options.distance_mm / ideal_camera(options).fx
     texel_mm = max(_FINEST_TEXEL_MM, pixel_mm / _TEXELS_PER_PIXEL)
     painting = Painting(
@@ -179,9 +186,9 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
     lying: tuple[Panel, ...] = () if truth.board is None else board_panels(truth.board)
     beside = np.zeros(3) if truth.board is None else truth.board.outline_in_world().mean(0)
     lying += tuple(one.panel for one in lay_plates(options.plates, beside))
-    ring = Stage(room + lying, truth.limb, make_stand(truth.limb.base_mm), skin)
-    bare = make_room(options.seed, under_stand=False)
-    return ring, Stage((*bare, *board_panels(truth.calibration_board)))
+    limb_scene = RenderScene(room + lying, truth.limb, make_stand(truth.limb.base_mm), skin)
+    bare_room = make_room(options.seed, under_stand=False)
+    return limb_scene, RenderScene((*bare_room, *board_panels(truth.calibration_board)))
 
 
 @dataclass(frozen=True)
@@ -191,16 +198,18 @@ class _Shot:
     view: View
     session: Session
     photo_idx: int
-    """In its session."""
+    """Index in its session."""
     number: int
-    """In the capture."""
+    """Index in the capture."""
 
 
-def _take(shot: _Shot, stage: Stage, light: Light, folder: Path, options: CaptureOptions) -> None:
+def _take(
+    shot: _Shot, scene: RenderScene, light: Light, folder: Path, options: CaptureOptions
+) -> None:
     """Take one photo; its noise depends on the seed and its number alone."""
     view, faults, seed = shot.view, options.faults, options.seed
     rng = np.random.default_rng((seed, 10, shot.number))
-    picture = softened(_in_focus(shot, stage, light, options), options.blur_px)
+    picture = softened(_through_lens(shot, scene, light, options), options.blur_px)
     if shot.session is Session.RING and shot.photo_idx in options.shaken:
         picture = shaken(picture, options.shake_px, rng.uniform(0, np.pi))
     picture = exposed(picture, exposure_of(faults, seed, shot.session, shot.photo_idx))
@@ -212,27 +221,29 @@ def _take(shot: _Shot, stage: Stage, light: Light, folder: Path, options: Captur
         store_again(folder / view.name, faults.stored_again)
 
 
-def _in_focus(shot: _Shot, stage: Stage, light: Light, options: CaptureOptions) -> LinearPicture:
-    """The picture in linear light as the lens draws it, sharp where it is focused."""
+def _through_lens(
+    shot: _Shot, scene: RenderScene, light: Light, options: CaptureOptions
+) -> LinearPicture:
+    """The rendered picture in linear light, with defocus blur."""
     view, faults, colour = shot.view, options.faults, options.lighting.lamp_colour
     rows = view.camera.height_px
     readout = readout_of(faults, rows, options.seed, shot.session, shot.photo_idx)
     if shot.session is Session.RING and colour != (1.0, 1.0, 1.0):
-        # light adds up: the lamp's part is drawn by itself and coloured
+        # Light is additive: the lamp's part is rendered by itself and coloured.
         rest, lamp = light._replace(lamp_strength=0.0), _lamp_alone(light)
-        picture = render(view, stage, rest, options.samples, readout)
-        lit = render(view, stage, lamp, options.samples, readout)
+        picture = render(view, scene, rest, options.samples, readout)
+        lit = render(view, scene, lamp, options.samples, readout)
         picture += lit * np.array(colour, np.float32)
     else:
-        picture = render(view, stage, light, options.samples, readout)
+        picture = render(view, scene, light, options.samples, readout)
     if faults.pupil_mm == 0:
         return picture
-    near = nearness_of(view, stage)
-    aimed = near[rows // 2 - rows // 8 : rows // 2 + rows // 8]
-    width = aimed.shape[1]
-    aimed = aimed[:, width // 2 - width // 8 : width // 2 + width // 8]
-    focus_mm = 1.0 / float(np.median(aimed))
-    return defocused(picture, near, focus_mm, faults.pupil_mm * view.camera.fx)
+    inverse_depth = inverse_depth_of(view, scene)
+    focused = inverse_depth[rows // 2 - rows // 8 : rows // 2 + rows // 8]
+    columns = focused.shape[1]
+    focused = focused[:, columns // 2 - columns // 8 : columns // 2 + columns // 8]
+    focus_mm = 1.0 / float(np.median(focused))
+    return defocused(picture, inverse_depth, focus_mm, faults.pupil_mm * view.camera.fx)
 
 
 def _lamp_alone(light: Light) -> Light:

@@ -1,9 +1,9 @@
-"""Mark photo: one coded mark on flat or round skin, photographed, with its exact corners.
+"""Mark photo: a rendered photo of one coded mark on flat or cylindrical skin.
 
-In      which mark, how large, on what radius, the lens and where it is held.
-Out     a grey photo and the true pixels of the mark's corners.
-Method  every pixel is the mean of FINE x FINE rays on the skin, in linear light; then blur, noise
-        of photons and of reading, and sRGB tones, as `rendering/developing` has them.
+In      the mark, its size, the radius of the skin, the camera and its pose.
+Out     a grey photo and the exact pixels of the mark's corners.
+Method  every pixel is the mean of FINE x FINE rays, in linear light; then blur, photon and read
+        noise, and sRGB tones, as `rendering/developing` has them.
 """
 
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from limbgram.reconstruction.targets.board import KIT_DICTIONARY, marker_diction
 from limbgram.synthetic.rendering.developing import developed, softened
 
 FINE = 6
+"""Rays along a pixel's side."""
 _BLACK, _WHITE, _SKIN = 0.04, 0.75, 0.35
 
 
@@ -33,9 +34,9 @@ class MarkShot:
     dictionary: str = KIT_DICTIONARY
     side_mm: float = 16.0
     radius_mm: float = float("inf")
-    """Of the cylinder that it is stuck on."""
+    """Radius of the cylinder that it is stuck on."""
     twist_deg: float = 0.0
-    """The mark's x against the way round the cylinder."""
+    """Angle of the mark's x from the direction round the cylinder."""
     blur_px: float = 0.5
     noise: float = 1.0
     seed: int = 0
@@ -43,7 +44,7 @@ class MarkShot:
 
 @dataclass(frozen=True)
 class MarkPhoto:
-    """The picture, and where its corners truly are."""
+    """The photo, and the exact corners and centre of the mark."""
 
     luma: GreyImage
     corners_px: Float64[np.ndarray, "4 2"]
@@ -51,7 +52,7 @@ class MarkPhoto:
 
 
 def photograph_mark(shot: MarkShot) -> MarkPhoto:
-    """Take the photo."""
+    """Render the photo."""
     half = shot.side_mm / 2
     printed = np.array([(-half, -half), (half, -half), (half, half), (-half, half), (0, 0)])
     exact = shot.camera.project(shot.camera_from_mark.apply(_on_skin(shot, printed)))
@@ -61,7 +62,7 @@ def photograph_mark(shot: MarkShot) -> MarkPhoto:
     high = np.ceil(exact.max(0) + 0.4 * np.ptp(exact, axis=0) + 8).astype(int)
     left, top = np.maximum(low, 0).tolist()
     right, bottom = np.minimum(high, [camera.width_px, camera.height_px]).tolist()
-    seen = _reflected(shot, _met(shot, _rays(camera, left, top, right, bottom)))
+    seen = _reflectance(shot, _hits(shot, _rays(camera, left, top, right, bottom)))
     seen = seen.reshape(bottom - top, FINE, right - left, FINE)
     picture[top:bottom, left:right] = seen.mean(axis=(1, 3))
     colour = softened(np.repeat(picture[..., None], 3, axis=2), shot.blur_px)
@@ -71,7 +72,7 @@ def photograph_mark(shot: MarkShot) -> MarkPhoto:
 
 
 def _on_skin(shot: MarkShot, printed_mm: Points2) -> Points3:
-    """Places in the mark's frame of places on the print."""
+    """Points of the print in the mark's frame."""
     if np.isinf(shot.radius_mm):
         return np.column_stack([printed_mm, np.zeros(len(printed_mm))])
     around = printed_mm @ _turn(shot)
@@ -88,13 +89,13 @@ def _on_skin(shot: MarkShot, printed_mm: Points2) -> Points3:
 
 
 def _turn(shot: MarkShot) -> Float64[np.ndarray, "2 2"]:
-    """From places on the print to the way round the cylinder and along it, as columns."""
+    """Columns: the directions round the cylinder and along it, on the print."""
     twist = np.radians(shot.twist_deg)
     return np.array([[np.cos(twist), -np.sin(twist)], [np.sin(twist), np.cos(twist)]])
 
 
 def _rays(camera: Camera, left: int, top: int, right: int, bottom: int) -> Points3:
-    """Directions through the parts of all pixels; the lens is straight within a pixel."""
+    """Directions of the rays of all pixels; the lens is linear within a pixel."""
     x, y = np.arange(left, right + 1) - 0.5, np.arange(top, bottom + 1) - 0.5
     lattice = camera.normalize(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
     ideal = lattice.reshape(len(y), len(x), 2)
@@ -106,14 +107,14 @@ def _rays(camera: Camera, left: int, top: int, right: int, bottom: int) -> Point
     return np.column_stack([flat, np.ones(len(flat))])
 
 
-def _met(shot: MarkShot, rays: Points3) -> Points2:
-    """Places on the print that rays meet; NaN beside the skin."""
+def _hits(shot: MarkShot, rays: Points3) -> Points2:
+    """Points of the print that rays hit; NaN beside the skin."""
     mark_from_camera = shot.camera_from_mark.inverse
     directions = rays @ mark_from_camera.rotation.T
     start = mark_from_camera.translation
     if np.isinf(shot.radius_mm):
-        far = -start[2] / directions[:, 2]
-        return (start + far[:, None] * directions)[:, :2]
+        distance = -start[2] / directions[:, 2]
+        return (start + distance[:, None] * directions)[:, :2]
     turn = _turn(shot)
     directions = np.column_stack([directions[:, :2] @ turn, directions[:, 2]])
     start = np.append(start[:2] @ turn, start[2])
@@ -122,13 +123,14 @@ def _met(shot: MarkShot, rays: Points3) -> Points2:
     x, z = start[0], start[2] - shot.radius_mm
     a, b = dx**2 + dz**2, x * dx + z * dz
     root = b**2 - a * (x**2 + z**2 - shot.radius_mm**2)
-    far = (-b - np.sqrt(np.where(root >= 0, root, np.nan))) / a
-    met = start + far[:, None] * directions
-    around = shot.radius_mm * np.arctan2(met[:, 0], shot.radius_mm - met[:, 2])
-    return np.column_stack([around, met[:, 1]]) @ turn.T
+    distance = (-b - np.sqrt(np.where(root >= 0, root, np.nan))) / a
+    hit = start + distance[:, None] * directions
+    around = shot.radius_mm * np.arctan2(hit[:, 0], shot.radius_mm - hit[:, 2])
+    return np.column_stack([around, hit[:, 1]]) @ turn.T
 
 
-def _reflected(shot: MarkShot, printed_mm: Points2) -> Float64[np.ndarray, " n"]:
+def _reflectance(shot: MarkShot, printed_mm: Points2) -> Float64[np.ndarray, " n"]:
+    """Reflectance of mark, paper or skin."""
     codes = marker_dictionary(shot.dictionary)
     cells = codes.markerSize + 2
     pattern: UInt8[np.ndarray, "c c"] = codes.generateImageMarker(shot.mark_id, cells)

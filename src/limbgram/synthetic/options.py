@@ -23,7 +23,7 @@ from limbgram.synthetic.rendering.shading import Lighting
 from limbgram.synthetic.turned_limb import TurnedOver, Turning
 
 _Rules = Iterator[tuple[bool, Finding]]
-"""What must hold, and what is said where it does not."""
+"""Conditions, and the finding for each that fails."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,56 +32,54 @@ class CaptureOptions:
 
     kind: LimbKind = LimbKind.TRANSTIBIAL
     gauge: Gauge | None = None
-    """A painted gauge that stands there instead of a limb."""
+    """A painted gauge instead of a limb."""
     scan: Scan | BentShape | None = None
-    """A limb of a shape from a file that stands there instead of one of ours; `distance_for` says
-    from where it fills the photo."""
+    """The shape of a file instead of one of ours; `distance_for` gives the distance at which it
+    fills the photo."""
     seed: int = 11
-    """Another seed is another person, another walk round and another room."""
+    """Determines the person, the walk round and the room."""
     paint: Paint = Paint.DABS
     coverage: float = 0.55
     """Share of the sock that paint hides."""
     bare: float = 0.0
-    """Share of the dabs that were left out, in patches: the brush did not come there."""
+    """Share of the dabs that is left out, in contiguous patches."""
     uneven: float = 0.0
-    """How much thinner the paint is on one side of the limb: of the dabs there, this share is
-    left out, and less and less towards the other side, where none is."""
+    """Share of the dabs that is left out on one side of the limb, falling to 0 on the other."""
     spots: tuple[SockSpot, ...] = ()
-    """Marks of one plain colour over the paint; their places stand in the truth's notes."""
+    """Spots of one colour over the paint; their places are in the truth's notes."""
     stickers: tuple[SockSticker, ...] = ()
-    """Coded marks stuck over the paint; their places stand in the truth's notes."""
+    """Coded marks over the paint; their places are in the truth's notes."""
     lighting: Lighting = field(default_factory=Lighting)
     """Light on the limb; the calibration board has the usual one."""
     relief: Relief = field(default_factory=Relief)
-    """How high and how fine skin and knit stand out."""
+    """Fine relief of skin and knit."""
     details: SkinDetails = field(default_factory=SkinDetails)
-    """Knit, veins, scars and wrinkles on it; none unless they are asked for."""
+    """Knit, veins, scars and wrinkles; none by default."""
     fin_mm: float = 0.0
     """Thickness of an upright fin on the limb's side, 12 mm high; 0 for none."""
     photos: int = 15
     rings: int = 1
     """Heights at which the photographer walks round, 1 to 3."""
     elevations_deg: tuple[float, ...] = ()
-    """How high over the limb's middle each ring is walked; empty for the usual heights. A foot that
-    is held up shows its back only to a ring about as high as it stands."""
+    """Elevation of each ring as seen from the limb's middle; empty for the usual ones. A foot that
+    is held up shows its back only to a ring at about its own height."""
     filmed: bool = False
-    """Whether the photos are the frames of a film: one walk of uneven speed in which each place
-    follows from the one before."""
+    """Whether the photos are frames of a video: one continuous walk of uneven speed."""
     movement: Movement | None = None
-    """How limb or board move between the photos; None where all hold still."""
+    """How limb or board move between the photos; None: neither does."""
     turning: Turning | TurnedOver | None = None
     """How the limb is turned between the photos; None: the camera walks round it."""
     distance_mm: float = 1500.0
-    """From the camera to the limb's middle; the lens is focused there and stays so."""
+    """From the camera to the limb's middle, where the lens is focused for all photos."""
     width_px: int = 1500
     height_px: int = 1000
     lens: Lens = field(default_factory=Lens)
     faults: Faults = field(default_factory=Faults)
-    """What a real camera does to the photos; none of it unless it is asked for."""
+    """Faults of a real camera; none by default."""
     board: PrintedBoard | None = SCALE_BOARD
     """The board on the table; None for a capture without scale."""
     plates: tuple[MarkPlate, ...] = ()
-    """Scale bars and the like, printed true, on the table."""
+    """Scale bars and the like on the table, of exact size."""
     calibration_board: PrintedBoard = CALIBRATION_BOARD
     calibration_photos: int = 15
     noise: float = 1.0
@@ -89,15 +87,15 @@ class CaptureOptions:
     blur_px: float = 0.5
     """Standard deviation of the lens's blur."""
     shaken: tuple[int, ...] = ()
-    """Photos, counted from 0, that were blurred by the hand."""
+    """Indices of the photos with motion blur."""
     shake_px: float = 14.0
-    """Length of that blur."""
+    """Length of the motion blur."""
     samples: int = SAMPLES
-    """Samples along the side of a pixel that shows limb or print. 2 take a third of the time and do
-    where pixels are smaller than what is printed and painted."""
+    """Samples along the side of a pixel that shows limb or print. 2 take a third of the time, and
+    suffice if pixels are smaller than the details of print and paint."""
     jpeg_quality: int = 94
     mesh_step_mm: float = 0.7
-    """Edge of the truth's triangles, which are what is rendered."""
+    """Edge of the truth's triangles, which are rendered as they are."""
 
     def __post_init__(self) -> None:
         rules = (self._limb_rules, self._walk_rules, self._paint_rules, self._camera_rules)

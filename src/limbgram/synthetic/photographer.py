@@ -1,7 +1,7 @@
-"""The photographer: a lens, and hand-held poses round the limb and over a board.
+"""The photographer: a camera, and hand-held poses round the limb and over a board.
 
-In      a Lens, the picture's size, what is looked at, and a seed.
-Out     a Camera and camera_from_world poses: irregular rings, or a board at varied tilts.
+In      a Lens, the picture's size, the target, and a seed.
+Out     a Camera, and camera_from_world poses on irregular rings or over a tilted board.
 """
 
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ _TRIES = 400
 
 @dataclass(frozen=True, kw_only=True)
 class Lens:
-    """Camera body and lens, as EXIF tells them, and the distortion that EXIF does not tell."""
+    """Camera body and lens as in EXIF, with the distortion, which EXIF lacks."""
 
     make: str = "Canon"
     model: str = "Canon EOS 500D"
     name: str = "EF50mm f/1.8 II"
     focal_mm: float = 50.0
-    """Nominal focal length; focused near, the principal distance is longer."""
+    """Nominal focal length; the principal distance is longer when focused near."""
     sensor_width_mm: float = 22.3
     aperture: float = 6.3
     k1: float = -0.085
@@ -86,7 +86,7 @@ def walk_round(
                 ]
             )
             centre = target + away * distance_mm * rng.uniform(0.94, 1.06)
-            poses.append(_held(centre, target + rng.uniform(-14, 14, 3), rng.normal(0, 2.5)))
+            poses.append(_aimed(centre, target + rng.uniform(-14, 14, 3), rng.normal(0, 2.5)))
     return tuple(poses)
 
 
@@ -95,7 +95,7 @@ def on_tripod(
 ) -> tuple[Rigid, ...]:
     """Poses of a camera that stands still, once for each ring, while the limb turns."""
     rng = np.random.default_rng((seed, 14))
-    a_ring = -(-photos // rings)
+    per_ring = -(-photos // rings)
     azimuth = rng.uniform(0, 2 * np.pi)
     poses: list[Rigid] = []
     for elevation_deg in _ELEVATIONS_DEG[:rings]:
@@ -105,12 +105,12 @@ def on_tripod(
             [level * np.cos(azimuth), level * np.sin(azimuth), float(np.sin(elevation))]
         )
         aim = target + rng.uniform(-14, 14, 3)
-        poses += [_held(target + away * distance_mm, aim, rng.normal(0, 1.0))] * a_ring
+        poses += [_aimed(target + away * distance_mm, aim, rng.normal(0, 1.0))] * per_ring
     return tuple(poses[:photos])
 
 
 def film_round(target: Vector3, distance_mm: float, frames: int, seed: int) -> tuple[Rigid, ...]:
-    """Poses of a film: once round and a little more, up and down, now faster and now slower."""
+    """Poses of a film: a little more than once round, at varying height and speed."""
     rng = np.random.default_rng((seed, 6))
     time = np.arange(frames) / frames
 
@@ -133,14 +133,14 @@ def film_round(target: Vector3, distance_mm: float, frames: int, seed: int) -> t
         ]
     )
     centres = target + away * distance[:, None]
-    return tuple(_held(*at) for at in zip(centres, aims, rolls_deg, strict=True))
+    return tuple(_aimed(*at) for at in zip(centres, aims, rolls_deg, strict=True))
 
 
 def over_board(outline: Points3, camera: Camera, photos: int, seed: int) -> tuple[Rigid, ...]:
-    """Poses over a flat board that see its whole outline, tilted by up to 40 degrees.
+    """Poses that see the whole outline of a flat board, tilted by up to 40 degrees.
 
-    The board wanders over the picture, so that its edges and corners are covered, and every
-    other photo is taken with the camera turned by a quarter.
+    The board's place in the picture varies, so that the corners are covered, and the camera is
+    turned by a further 90 degrees from photo to photo.
     """
     rng = np.random.default_rng((seed, 5))
     middle = outline.mean(0)
@@ -156,7 +156,7 @@ def over_board(outline: Points3, camera: Camera, photos: int, seed: int) -> tupl
                 [np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)]
             )
             centre = middle + away * near * rng.uniform(0.62, 1.0)
-            pose = _held(centre, middle, rng.uniform(-12, 12) + 90.0 * (k % 4))
+            pose = _aimed(centre, middle, rng.uniform(-12, 12) + 90.0 * (k % 4))
             shift = corner * (1 - attempt / _TRIES) * np.array([0.3, 0.25])
             pose = _aimed_beside(pose, shift * camera.width_px / camera.fx)
             if camera.contains(camera.project(pose.apply(outline)), 0.012 * camera.width_px).all():
@@ -167,13 +167,13 @@ def over_board(outline: Points3, camera: Camera, photos: int, seed: int) -> tupl
     return tuple(poses)
 
 
-def _held(centre: Vector3, target: Vector3, roll_deg: float) -> Rigid:
+def _aimed(centre: Vector3, target: Vector3, roll_deg: float) -> Rigid:
     """A camera at `centre` that looks at `target`, turned about its axis by `roll_deg`."""
     level = Rigid.looking_at(centre, target, _UP)
     return Rigid.from_rotation_vector(np.array([0, 0, np.radians(roll_deg)]), np.zeros(3)) @ level
 
 
 def _aimed_beside(pose: Rigid, shift: np.ndarray) -> Rigid:
-    """The same camera turned so that what was in the middle appears at `shift` (radians)."""
+    """The camera turned so that what was in the middle appears at `shift` (radians)."""
     turn = Rigid.from_rotation_vector(np.array([-shift[1], shift[0], 0.0]), np.zeros(3))
     return turn @ pose

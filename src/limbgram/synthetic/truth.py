@@ -1,8 +1,7 @@
-"""The truth: where everything is, known exactly before a picture is taken.
+"""The truth of a capture: limb, cameras and boards, exact and without rendering.
 
 In      CaptureOptions.
-Out     a Truth: the limb, the views, the boards. Its views and `surface_points` give later
-        stages something to test against without a picture being rendered.
+Out     a Truth, and `surface_points`: sampled points with the views that see them.
 """
 
 from dataclasses import dataclass, replace
@@ -30,13 +29,13 @@ from limbgram.synthetic.props.gauges import make_gauge
 from limbgram.synthetic.props.limb import Limb, make_limb
 from limbgram.synthetic.props.scan import Scan, limb_of_scan
 from limbgram.synthetic.rendering.renderer import seen
-from limbgram.synthetic.turned_limb import TurnedOver, Turning, room_from_limb, standing_photos
+from limbgram.synthetic.turned_limb import TurnedOver, Turning, standing_photos, turned_limb_poses
 
 BASE_MM = 60.0
 _AIM = 0.2
-"""Fraction of the limb's height that is looked at, so that the board is in the picture."""
+"""Fraction of the limb's height at which the camera aims, so that the board is in the picture."""
 _AIM_AT_GAUGE = 0.5
-"""The same of a gauge: both ends of a bar count alike."""
+"""The same for a gauge, both of whose ends count alike."""
 _FIRST_PHOTO, _FIRST_CALIBRATION_PHOTO = 1001, 901
 
 
@@ -46,21 +45,21 @@ class Truth:
 
     limb: Limb
     views: tuple[View, ...]
-    """Cameras in the limb's frame, which is the room's where nothing moves."""
+    """Poses in the limb's frame, which is the room's if nothing moves."""
     calibration_views: tuple[View, ...]
-    """Their world frame is the calibration board's table, not the limb's."""
+    """Poses in the frame of the calibration board's own table."""
     board: LaidBoard | None
     calibration_board: LaidBoard
     room_from_limb: tuple[Rigid, ...]
-    """By view: where the limb stands in the room; all the same where it holds still."""
+    """By view; identities if the limb holds still."""
     room_from_board: tuple[Rigid, ...]
-    """By view: how the board was moved from the place that `board` tells."""
+    """By view: motion of the board from its place in `board`."""
 
     def in_room(self, view_idx: int) -> View:
         """A view with its pose in the room."""
         view = self.views[view_idx]
-        back = self.room_from_limb[view_idx].inverse
-        return replace(view, camera_from_world=view.camera_from_world @ back)
+        limb_from_room = self.room_from_limb[view_idx].inverse
+        return replace(view, camera_from_world=view.camera_from_world @ limb_from_room)
 
 
 @dataclass(frozen=True)
@@ -70,29 +69,32 @@ class SurfacePoints:
     points_in_world: Points3
     normals_in_world: Points3
     seen: Bool[np.ndarray, "n views"]
-    """Which view sees which point."""
+    """Whether each view sees the point."""
 
 
 def stage_truth(options: CaptureOptions) -> Truth:
     """Build the limb, place the boards, and decide where every photo is taken from."""
-    limb = _what_stands_there(options)
+    limb = _limb_or_gauge(options)
     camera = ideal_camera(options)
     aim = _AIM if options.gauge is None else _AIM_AT_GAUGE
     target = np.array([0.0, 0.0, BASE_MM + aim * limb.height_mm])
     bench = lay_alone(options.calibration_board, options.seed)
-    tilted = over_board(bench.outline_in_world(), camera, options.calibration_photos, options.seed)
+    board_poses = over_board(
+        bench.outline_in_world(), camera, options.calibration_photos, options.seed
+    )
     board = None if options.board is None else lay_beside(options.board, options.seed)
-    limb_moves, board_moves = _motions(options, limb, target, board)
-    ring = _cameras_from_room(options, target, limb_moves[-1].apply(limb.mesh.vertices_mm))
+    room_from_limb, room_from_board = _motions(options, limb, target, board)
+    last_skin = room_from_limb[-1].apply(limb.mesh.vertices_mm)
+    ring = _cameras_from_room(options, target, last_skin)
     return Truth(
         limb=limb,
         views=tuple(
             View(
                 f"IMG_{_FIRST_PHOTO + k}.jpg",
                 camera_in_photo(camera, options.faults, options.seed, Session.RING, k),
-                pose @ limb_in_room,
+                pose @ motion,
             )
-            for k, (pose, limb_in_room) in enumerate(zip(ring, limb_moves, strict=True))
+            for k, (pose, motion) in enumerate(zip(ring, room_from_limb, strict=True))
         ),
         calibration_views=tuple(
             View(
@@ -100,17 +102,17 @@ def stage_truth(options: CaptureOptions) -> Truth:
                 camera_in_photo(camera, options.faults, options.seed, Session.CALIBRATION, k),
                 pose,
             )
-            for k, pose in enumerate(tilted)
+            for k, pose in enumerate(board_poses)
         ),
         board=board,
         calibration_board=bench,
-        room_from_limb=limb_moves,
-        room_from_board=board_moves,
+        room_from_limb=room_from_limb,
+        room_from_board=room_from_board,
     )
 
 
 def ideal_camera(options: CaptureOptions) -> Camera:
-    """The camera without its faults: every photo's own where it has none."""
+    """The camera without faults."""
     return camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
 
 
@@ -121,7 +123,7 @@ def _motions(
     photos, movement = options.photos, options.movement
     still = (Rigid.identity(),) * photos
     if options.turning is not None:
-        turned = room_from_limb(
+        turned = turned_limb_poses(
             options.turning, photos, options.rings, limb.mesh.vertices_mm, options.seed
         )
         carried = isinstance(options.turning, Turning) and options.turning.board_turns
@@ -137,7 +139,7 @@ def _motions(
 def _cameras_from_room(
     options: CaptureOptions, target: Vector3, last_skin: Points3
 ) -> tuple[Rigid, ...]:
-    """Where the photographer stands in the room, photo by photo."""
+    """camera_from_room of every photo."""
     distance_mm, photos = options.distance_mm, options.photos
     rings, seed = options.rings, options.seed
     if options.filmed:
@@ -156,7 +158,7 @@ def _cameras_from_room(
             return walk_round(target, distance_mm, photos, rings, seed, options.elevations_deg)
 
 
-def _what_stands_there(options: CaptureOptions) -> Limb:
+def _limb_or_gauge(options: CaptureOptions) -> Limb:
     if options.gauge is not None:
         return make_gauge(options.gauge, options.mesh_step_mm, BASE_MM)
     step_mm, relief, details = options.mesh_step_mm, options.relief, options.details
@@ -171,7 +173,7 @@ def _what_stands_there(options: CaptureOptions) -> Limb:
 
 
 def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:
-    """Random vertices of the skin, each seen by two views or more, spread evenly by area."""
+    """Random vertices of the skin, uniform by area, each seen by two views or more."""
     visible = np.stack(in_parallel(lambda view: seen(view, truth.limb), truth.views), -1)
     mesh = truth.limb.mesh
     areas = np.linalg.norm(mesh.face_normals(), axis=1)

@@ -1,6 +1,6 @@
-"""Truth files: the truth of a capture, as files that any program can read.
+"""Truth files: the truth of a capture as PLY and JSON.
 
-In      a Truth and how many photos see each vertex of the limb.
+In      a Truth, and the number of photos that see each vertex of the limb.
 Out     mesh.ply (x, y, z, ncam, cap; faces), cameras.json, board.json, notes.json.
 """
 
@@ -35,7 +35,7 @@ def write_record(
     folder: Path, truth: Truth, options: CaptureOptions, seen_by: UInt8[np.ndarray, " n"]
 ) -> None:
     """Write the truth into `folder`."""
-    # a cast that is turned over shows its cut, which is then part of what is measured
+    # The cut of a cast that is turned over is visible, and so measured.
     hidden = truth.limb.cut & (not isinstance(options.turning, TurnedOver))
     _write_mesh(folder / "mesh.ply", truth.limb, hidden, seen_by)
     _write_json(folder / "cameras.json", _cameras(truth, ideal_camera(options)))
@@ -100,14 +100,14 @@ def _pose(view: View) -> dict[str, Any]:
 
 
 def _own_lens(camera: Camera, ideal: Camera) -> dict[str, Any]:
-    """What a photo's own lens has otherwise than `intrinsics`; nothing where it has nothing."""
+    """Parameters of a photo's lens that differ from `intrinsics`; empty if none does."""
     own = {name: getattr(camera, name) for name in PARAMETERS}
-    other = {name: value for name, value in own.items() if value != getattr(ideal, name)}
-    return {"own_lens": other} if other else {}
+    different = {name: value for name, value in own.items() if value != getattr(ideal, name)}
+    return {"own_lens": different} if different else {}
 
 
 def _moved(motion: Rigid, name: str) -> dict[str, Any]:
-    """Where limb or board stand in the room for one photo; nothing where they did not move."""
+    """Motion of limb or board in one photo; empty for the identity."""
     if (motion.matrix_3x4 == Rigid.identity().matrix_3x4).all():
         return {}
     return {name: {"R": motion.rotation.tolist(), "t": motion.translation.tolist()}}
@@ -150,13 +150,13 @@ def _boards(truth: Truth, options: CaptureOptions) -> dict[str, Any]:
 
 
 def _spoiled(printed: PrintedBoard) -> dict[str, Any]:
-    """How the print is stretched and bent; nothing where it is neither."""
+    """Stretch and sag of a print; empty if it has neither."""
     faults = {"stretch_down_columns": printed.stretch, "sag_along_rows_mm": printed.sag_mm}
     return {name: strength for name, strength in faults.items() if strength}
 
 
 def _pushes(truth: Truth) -> dict[str, Any]:
-    """How the board was moved from that place, by photo."""
+    """Motion of the board from its place, by photo; empty if it stayed."""
     moved = {
         view.name: _moved(motion, "room_from_board")
         for view, motion in zip(truth.views, truth.room_from_board, strict=True)
@@ -239,7 +239,7 @@ def _kind(options: CaptureOptions) -> str:
 
 
 def _scan(scan: Scan | BentShape | None) -> dict[str, Any]:
-    """Which file the shape is from, by its digest, and what was made of it."""
+    """The file of the shape, by its hash, and notes on what was made of it."""
     if scan is None:
         return {}
     about = {"sha256": scan.sha256, "mm_per_unit": scan.mm_per_unit, "side": scan.side}
@@ -247,7 +247,7 @@ def _scan(scan: Scan | BentShape | None) -> dict[str, Any]:
 
 
 def _faulty(options: CaptureOptions) -> dict[str, Any]:
-    """What the camera has that an ideal one has not; nothing for an ideal one."""
+    """Faults of the camera; empty for an ideal one."""
     return {} if options.faults == Faults() else {"faults": tree_of(options.faults)}
 
 

@@ -1,10 +1,10 @@
-"""Turned limb: captures in which the limb is turned, and not only the camera carried round it.
+"""Turned limb: captures in which the limb is turned between the photos.
 
-In      a Turning or TurnedOver, how many photos there are, the limb's vertices.
+In      a Turning or TurnedOver, the number of photos, the limb's vertices.
 Out     room_from_limb of every photo.
-Method  `Turning` is a turntable or a stool under a still camera: each photo shows the limb further
-        round. `TurnedOver` is a cast that stands for the first half of the photos and lies on its
-        side, its cut open to view, for the others.
+Method  `Turning` is a turntable or a stool before a fixed camera. `TurnedOver` is a cast that
+        stands in the first half of the photos and lies on its side, its cut visible, in the
+        others.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Turning:
     """The camera stands still, once for each ring, and the limb turns before it."""
 
     sway_mm: float = 0.0
-    """How far a patient on a stool leans to and fro besides, one standard deviation."""
+    """Standard deviation by which a patient on a stool sways from photo to photo."""
     board_turns: bool = True
     """Whether the board turns with the limb, or lies still in the room."""
     behind: bool = True
@@ -36,10 +36,10 @@ class TurnedOver:
     """A cast that stands for the first half of the photos and lies for the others."""
 
 
-def room_from_limb(
+def turned_limb_poses(
     turning: Turning | TurnedOver, photos: int, rings: int, skin: Points3, seed: int
 ) -> tuple[Rigid, ...]:
-    """Where the limb is in the room, photo by photo."""
+    """room_from_limb of every photo."""
     match turning:
         case Turning():
             return _turning(turning, photos, rings, seed)
@@ -50,35 +50,35 @@ def room_from_limb(
 
 
 def standing_photos(photos: int) -> int:
-    """How many photos show a cast that is turned over standing."""
+    """Number of photos that show a cast that is turned over while it stands."""
     return photos - photos // 2
 
 
 def _turning(turning: Turning, photos: int, rings: int, seed: int) -> tuple[Rigid, ...]:
-    """Once round for every ring, in steps that a hand would make."""
+    """One revolution for every ring, in uneven steps, as by hand."""
     rng = np.random.default_rng((seed, 12))
-    a_ring = -(-photos // rings)
+    per_ring = -(-photos // rings)
     poses: list[Rigid] = []
     for k in range(photos):
-        angle = np.radians((k % a_ring + rng.uniform(-0.16, 0.16)) * 360.0 / a_ring)
+        angle = np.radians((k % per_ring + rng.uniform(-0.16, 0.16)) * 360.0 / per_ring)
         turn = Rigid.from_rotation_vector(np.array([0.0, 0.0, angle]), np.zeros(3))
-        leant = rng.normal(0.0, 1.0, 5) * turning.sway_mm
-        # a patient of a metre and a half leans by as much at the limb as he shifts
-        lean = np.array([leant[0] / 500.0, leant[1] / 500.0, leant[2] / 200.0])
-        sway = Rigid.from_rotation_vector(lean, np.array([leant[3], leant[4], 0.0]))
+        swayed_mm = rng.normal(0.0, 1.0, 5) * turning.sway_mm
+        # Rotations by these arms, mm, move the limb about as far as the shift does.
+        lean_rad = swayed_mm[:3] / np.array([500.0, 500.0, 200.0])
+        sway = Rigid.from_rotation_vector(lean_rad, np.array([swayed_mm[3], swayed_mm[4], 0.0]))
         poses.append(sway @ turn)
     return tuple(poses)
 
 
 def _lying(skin: Points3, seed: int) -> Rigid:
-    """On its side on the table, its middle where the stand was, turned anyhow."""
+    """room_from_limb on its side on the table, at a random azimuth, its middle at the origin."""
     rng = np.random.default_rng((seed, 13))
     side = rng.uniform(0.0, 2.0 * np.pi)
     axis = np.array([np.cos(side), np.sin(side), 0.0]) * np.radians(_LYING_DEG)
     tipped = Rigid.from_rotation_vector(axis, np.zeros(3))
     turn = np.array([0.0, 0.0, rng.uniform(0.0, 2.0 * np.pi)])
     laid = Rigid.from_rotation_vector(turn, np.zeros(3)) @ tipped
-    places = laid.apply(skin)
-    low, high = places.min(0), places.max(0)
+    lying = laid.apply(skin)
+    low, high = lying.min(0), lying.max(0)
     middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
     return Rigid(laid.rotation, laid.translation - middle)

@@ -1,6 +1,6 @@
-"""Usual faults: a capture as a real camera, board, light and patient would give it.
+"""Usual faults of camera, board, light and patient, at a multiple of their usual strength.
 
-In      CaptureOptions, which faults, and how many times their usual strength.
+In      CaptureOptions, which faults, and the multiple.
 Out     the same capture with each of them at that strength; `Faults`, `PrintedBoard` and `Lighting`
         say where the usual ones come from.
 """
@@ -32,7 +32,7 @@ PHONE = Lens(
 
 
 class Fault(Enum):
-    """What real captures have that ideal ones do not."""
+    """Faults that real captures have."""
 
     STABILISER = "stabiliser"
     """The principal point wanders from photo to photo."""
@@ -63,53 +63,60 @@ class Fault(Enum):
 def with_faults(
     options: CaptureOptions, faults: Iterable[Fault], strength: float = 1.0
 ) -> CaptureOptions:
-    """The capture with these faults, so many times as strong as is usual."""
+    """The capture with these faults at `strength` times their usual strength."""
     for fault in faults:
         options = _with_fault(options, fault, strength)
     return options
 
 
-def _with_fault(options: CaptureOptions, fault: Fault, times: float) -> CaptureOptions:
-    lens, had = options.lens, options.faults
+def _with_fault(options: CaptureOptions, fault: Fault, strength: float) -> CaptureOptions:
+    lens, faults = options.lens, options.faults
     match fault:
         case Fault.STABILISER:
-            return _spoiled(options, replace(had, stabiliser_px=times * 0.0025 * options.width_px))
+            return _faulty(
+                options, replace(faults, stabiliser_px=strength * 0.0025 * options.width_px)
+            )
         case Fault.BREATHING:
-            focus_per_mm = times * 0.06 / options.distance_mm
-            return _spoiled(options, replace(had, breathing=lens.focal_mm * focus_per_mm))
+            focus_per_mm = strength * 0.06 / options.distance_mm
+            return _faulty(options, replace(faults, breathing=lens.focal_mm * focus_per_mm))
         case Fault.ROLLING:
-            return _spoiled(options, replace(had, readout_s=times * 0.02))
+            return _faulty(options, replace(faults, readout_s=strength * 0.02))
         case Fault.BLUR:
-            return _spoiled(options, replace(had, pupil_mm=times * lens.focal_mm / lens.aperture))
+            return _faulty(
+                options, replace(faults, pupil_mm=strength * lens.focal_mm / lens.aperture)
+            )
         case Fault.PROCESSING:
-            return _spoiled(options, replace(had, denoise=times, sharpen=times * 0.8))
+            return _faulty(options, replace(faults, denoise=strength, sharpen=strength * 0.8))
         case Fault.JPEG:
-            again = _spoiled(options, replace(had, stored_again=_jpeg(times * 20)))
-            return replace(again, jpeg_quality=_jpeg(times * 12))
+            again = _faulty(options, replace(faults, stored_again=_jpeg(strength * 20)))
+            return replace(again, jpeg_quality=_jpeg(strength * 12))
         case Fault.LIGHT:
-            lamp = (1.0 + times * 0.35, 1.0, max(0.0, 1.0 - times * 0.45))
+            lamp = (1.0 + strength * 0.35, 1.0, max(0.0, 1.0 - strength * 0.45))
             mixed = replace(options.lighting, lamp_colour=lamp, shadow=Shadow.MOVING)
-            lit = _spoiled(options, replace(had, exposure_ev=times * 0.15, tint=times * 0.04))
+            lit = _faulty(
+                options, replace(faults, exposure_ev=strength * 0.15, tint=strength * 0.04)
+            )
             return replace(lit, lighting=mixed)
         case Fault.WET:
-            wet = replace(options.lighting, gloss=1.0 + times * 11.0)
+            wet = replace(options.lighting, gloss=1.0 + strength * 11.0)
             return replace(options, lighting=wet)
         case Fault.BENT:
             board = options.board
-            return replace(options, board=board and replace(board, sag_mm=times * 0.5))
+            return replace(options, board=board and replace(board, sag_mm=strength * 0.5))
         case Fault.STRETCHED:
             board = options.board
-            return replace(options, board=board and replace(board, stretch=times * 0.002))
+            return replace(options, board=board and replace(board, stretch=strength * 0.002))
         case Fault.CREEP:
-            return _spoiled(options, replace(had, creep_mm=times * 0.3))
+            return _faulty(options, replace(faults, creep_mm=strength * 0.3))
         case Fault.BACKGROUND:
-            return _spoiled(options, replace(had, background_mm=times * 30.0))
+            return _faulty(options, replace(faults, background_mm=strength * 30.0))
 
 
-def _jpeg(lost: float) -> int:
-    """The quality of a JPEG that loses so much of 100."""
-    return max(1, round(100 - lost))
+def _jpeg(loss: float) -> int:
+    """JPEG quality, 100 less a loss."""
+    return max(1, round(100 - loss))
 
 
-def _spoiled(options: CaptureOptions, faults: Faults) -> CaptureOptions:
+def _faulty(options: CaptureOptions, faults: Faults) -> CaptureOptions:
+    """The capture with these faults of the camera."""
     return replace(options, faults=faults)

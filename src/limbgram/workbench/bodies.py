@@ -236,7 +236,7 @@ def _separate_pieces(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarr
         # All of it, not what joined last: from the wall of a hollow alone, outside is inside.
         surface = with_faces(mesh, mesh.faces[~free[pieces]])
         ids = np.flatnonzero(free[piece_of])
-        away = SignedSurface(surface.vertices_mm, surface.faces).signed(mesh.vertices_mm[ids])
+        away = SignedSurface(surface.vertices_mm, surface.faces).query(mesh.vertices_mm[ids])
         nearest = np.full(count, np.inf)
         np.minimum.at(nearest, piece_of[ids], np.abs(away.signed_mm))
         votes = np.bincount(piece_of[ids], np.where(away.signed_mm > 0, 1.0, -1.0), count)

@@ -24,7 +24,7 @@ from limbgram.synthetic.props.limb import Limb, LimbKind, make_limb
 from limbgram.synthetic.props.paint import Paint, Painting, bake
 from limbgram.synthetic.props.room import make_room
 from limbgram.synthetic.rendering.developing import developed, softened
-from limbgram.synthetic.rendering.renderer import Stage, render
+from limbgram.synthetic.rendering.renderer import RenderScene, render
 from limbgram.synthetic.rendering.shading import Lighting, light_of, shadow_edge
 
 SEED, BASE_MM, DISTANCE_MM = 11, 60.0, 900.0
@@ -150,7 +150,7 @@ class Measured:
 def photograph(folder: Path, lighting: Lighting, height_mm: float, fin_mm: float = 0.0) -> Shots:
     folder.mkdir()
     shots = Shots(folder, views_at(height_mm), fin_mm)
-    stage = Stage(ROOM, limb_of(fin_mm), None, skin_of(fin_mm))
+    stage = RenderScene(ROOM, limb_of(fin_mm), None, skin_of(fin_mm))
     middle, out, _ = axes_at(height_mm)
     for k, view in enumerate(shots.views):
         edge = shadow_edge(lighting, middle + 50 * out, SEED, k)

@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.capture.probing import find_cylinder, find_spheres, narrowest_mm, surface_of
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.synthetic.props.gauges import BallBar, GaugeCylinder, make_gauge, middles_mm
+from limbgram.synthetic.props.gauges import BallBar, GaugeCylinder, make_gauge, sphere_centres_mm
 
 BASE_MM = 60.0
 STEP_MM = 1.2
@@ -23,7 +23,7 @@ def test_both_spheres_of_a_leaning_bar_are_found_where_they_are() -> None:
     bar = BallBar(lean_deg=20.0)
     found = find_spheres(surface_of([gauge(bar)]), 50.4)  # the nominal size is only a start
     assert len(found) == 2
-    truth = middles_mm(bar, BASE_MM)
+    truth = sphere_centres_mm(bar, BASE_MM)
     for middle in truth:
         nearest = min(found, key=lambda one: float(np.linalg.norm(one.middle_mm - middle)))
         np.testing.assert_allclose(nearest.middle_mm, middle, atol=2e-3)
@@ -72,7 +72,7 @@ def test_lobes_of_a_known_height_are_the_form() -> None:
 
 def test_a_bump_on_the_sphere_is_an_error_of_form_and_no_border() -> None:
     mesh = gauge(BallBar())
-    _, upper = middles_mm(BallBar(), BASE_MM)
+    _, upper = sphere_centres_mm(BallBar(), BASE_MM)
     place = upper + np.array([0.0, 25.0, 0.0])
     near = np.linalg.norm(mesh.vertices_mm - place, axis=1) < 3.0
     assert near.sum() > 5
@@ -87,7 +87,7 @@ def test_a_bump_on_the_sphere_is_an_error_of_form_and_no_border() -> None:
 
 def test_what_no_photo_measured_does_not_count() -> None:
     mesh = gauge(BallBar())
-    _, upper = middles_mm(BallBar(), BASE_MM)
+    _, upper = sphere_centres_mm(BallBar(), BASE_MM)
     cap = mesh.vertices_mm[:, 2] > upper[2] + 15.0
     dented = Mesh(
         vertices_mm=mesh.vertices_mm - np.where(cap, 0.7, 0.0)[:, None] * np.array([0, 0, 1.0]),

@@ -17,7 +17,7 @@ from limbgram.core.geometry.lens import (
     Camera,
     View,
     project_and_differentiate,
-    turned,
+    with_pose_step,
 )
 
 LENS = Camera(
@@ -89,7 +89,7 @@ def test_kernel_says_that_a_point_is_behind() -> None:
 
 
 def test_a_turn_is_a_rotation() -> None:
-    moved = turned(View("a", LENS, POSE).packed, np.array([0.5, -0.2, 0.9, 1.0, 2.0, 3.0]))
+    moved = with_pose_step(View("a", LENS, POSE).packed, np.array([0.5, -0.2, 0.9, 1.0, 2.0, 3.0]))
     rotation = moved[:9].reshape(3, 3)
     expected = Rigid.from_rotation_vector(np.array([0.5, -0.2, 0.9]), np.zeros(3)).rotation
     np.testing.assert_allclose(rotation, expected @ POSE.rotation, atol=1e-12)

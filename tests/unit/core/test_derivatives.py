@@ -18,14 +18,14 @@ from limbgram.core.geometry.lens import (
     POSE_SIZE,
     Camera,
     View,
-    coefficient_slopes,
+    coefficient_derivatives,
     differentiate_all,
     distorted,
-    distorted_with_slopes,
-    lens_slopes,
-    turned,
+    distorted_with_jacobian,
+    lens_derivatives,
+    with_pose_step,
 )
-from limbgram.core.geometry.triangulation import sampson_by_matrix, sampson_px, triangulate
+from limbgram.core.geometry.triangulation import sampson_jacobian, sampson_px, triangulate
 from limbgram.reconstruction.calibration.adjustment import SHARED, moved, project_board
 from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.bundle import Bundle
@@ -101,13 +101,13 @@ def pixels(view: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 def changed(view: np.ndarray, step: np.ndarray) -> np.ndarray:
     """A view after a step of its pose and its lens."""
-    after = turned(view, step[:POSE_SIZE])
+    after = with_pose_step(view, step[:POSE_SIZE])
     after[12:] += step[POSE_SIZE:]
     return after
 
 
 def test_distortion_by_place_is_exact() -> None:
-    _, _, xd_x, xd_y, yd_y = distorted_with_slopes(X, Y, *COEFFICIENTS)
+    _, _, xd_x, xd_y, yd_y = distorted_with_jacobian(X, Y, *COEFFICIENTS)
     by_x = distorted(X + 1j * IMAGINARY, Y, *COEFFICIENTS)
     by_y = distorted(X, Y + 1j * IMAGINARY, *COEFFICIENTS)
     for exact, step in ((xd_x, by_x[0]), (xd_y, by_x[1]), (xd_y, by_y[0]), (yd_y, by_y[1])):
@@ -118,19 +118,19 @@ def test_distortion_by_place_is_exact() -> None:
 def test_distortion_by_coefficient_is_exact(which: int) -> None:
     coefficients = COEFFICIENTS.astype(complex)
     coefficients[which] += 1j * IMAGINARY
-    for exact, step in zip(coefficient_slopes(X, Y)[which], distorted(X, Y, *coefficients)):
+    for exact, step in zip(coefficient_derivatives(X, Y)[which], distorted(X, Y, *coefficients)):
         np.testing.assert_allclose(exact, step.imag / IMAGINARY, rtol=1e-13, atol=1e-16)
 
 
 def test_the_inverse_undoes_the_distortion_and_so_do_its_derivatives() -> None:
-    xy_px, by_ideal, _ = lens_slopes(X, Y, LENS.packed)
+    xy_px, by_ideal, _ = lens_derivatives(X, Y, LENS.packed)
     np.testing.assert_allclose(LENS.normalize(xy_px), np.stack([X, Y], 1), atol=1e-9)
     slopes, _ = difference(lambda d: LENS.normalize(xy_px + d), np.array([1.0, 1.0]))
     np.testing.assert_allclose(slopes @ by_ideal, np.tile(np.eye(2), (len(X), 1, 1)), atol=1e-6)
 
 
 def test_arrays_give_the_kernels_derivatives_by_place_and_lens() -> None:
-    slopes = lens_slopes(X, Y, LENS.packed)
+    slopes = lens_derivatives(X, Y, LENS.packed)
     np.testing.assert_allclose(
         slopes.xy_px, LENS.project(np.stack([X, Y, np.ones_like(X)], 1)), atol=1e-10
     )
@@ -144,7 +144,7 @@ def test_projection_by_point_pose_and_lens() -> None:
     view = VIEWS[1].packed
     by_point, by_pose, by_lens = derivatives(view, POINTS)
     agree(by_point, lambda d: pixels(view, POINTS + d), np.full(3, 0.3))
-    agree(by_pose, lambda d: pixels(turned(view, d), POINTS), POSE_STEPS)
+    agree(by_pose, lambda d: pixels(with_pose_step(view, d), POINTS), POSE_STEPS)
     agree(
         by_lens,
         lambda d: pixels(changed(view, np.append(np.zeros(6), d)), POINTS),
@@ -184,7 +184,7 @@ def test_sampson_distances_by_the_matrix() -> None:
     drawn = np.random.default_rng(4).normal(size=(2, len(POINTS), 2)) * 1e-3
     fundamental = np.array([[0.1, -0.7, 0.3], [0.6, 0.2, -0.9], [-0.2, 0.8, 0.1]])
     agree(
-        sampson_by_matrix(fundamental, first + drawn[0], second + drawn[1]),
+        sampson_jacobian(fundamental, first + drawn[0], second + drawn[1]),
         lambda d: sampson_px(fundamental + d.reshape(3, 3), first + drawn[0], second + drawn[1]),
         np.full(9, 1e-4),
     )

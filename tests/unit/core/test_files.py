@@ -16,7 +16,6 @@ from limbgram.core.errors import (
     LimbgramError,
     OptionsError,
     ShapeFileError,
-    disk_advice,
     disk_finding,
 )
 from limbgram.core.files import ContentError, json_of, read_content, toml_of
@@ -139,7 +138,6 @@ def test_what_a_disk_says_becomes_a_finding(number: int, code: str) -> None:
     error = OSError(number, os.strerror(number), "photo.jpg")
     found = disk_finding(error)
     assert (found.code, found.values["name"]) == (code, "photo.jpg")
-    assert told(found) == disk_advice(error)
     nameless = disk_finding(OSError(number, os.strerror(number)))
     assert "a file" in told(nameless)
     assert "Datei" in told(nameless, "de")

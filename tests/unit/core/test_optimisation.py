@@ -110,5 +110,7 @@ def test_blocks_are_eliminated_and_follow_as_in_the_dense_equations() -> None:
         dense = normal + damping * np.diag(np.diag(normal) + held)
         expected = np.linalg.solve(dense, right)
         np.testing.assert_allclose(step, expected[:shared], atol=1e-12)
-        np.testing.assert_allclose(damped.followed(step).ravel(), expected[shared:], atol=1e-12)
+        np.testing.assert_allclose(
+            damped.back_substituted(step).ravel(), expected[shared:], atol=1e-12
+        )
     np.testing.assert_array_equal(equations.shared, normal[:shared, :shared])

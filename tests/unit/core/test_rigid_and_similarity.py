@@ -10,8 +10,8 @@ from limbgram.core.geometry.frames import (
     Similarity,
     angle_between_deg,
     fit_similarity,
+    rotated,
     turn_rad,
-    turned,
 )
 
 POINTS = np.random.default_rng(5).normal(size=(50, 3)) * 100.0
@@ -50,8 +50,8 @@ def test_many_vectors_turn_each_by_itself_and_in_order() -> None:
     count = 50_001
     vectors = np.column_stack([np.arange(count), np.zeros(count), -np.arange(count)])
     expected = vectors[:, [1, 0, 2]]
-    np.testing.assert_allclose(turned(vectors, quarter), expected, atol=1e-9)
-    np.testing.assert_array_equal(turned(vectors, quarter)[-3:], turned(vectors[-3:], quarter))
+    np.testing.assert_allclose(rotated(vectors, quarter), expected, atol=1e-9)
+    np.testing.assert_array_equal(rotated(vectors, quarter)[-3:], rotated(vectors[-3:], quarter))
 
 
 def test_angle_between_known_turns() -> None:

@@ -57,6 +57,14 @@ def test_the_outermost_loop_reports() -> None:
     assert steps == [(0, 0), (0, 2), (1, 2), (2, 2), (0, 3), (1, 3), (2, 3), (3, 3)]
 
 
+def test_a_stop_is_told_by_its_code() -> None:
+    run = Run()
+    run.cancel()
+    with pytest.raises(Cancelled) as stopped:
+        run.check()
+    assert stopped.value.finding.code == "job.run_stopped"
+
+
 def test_an_inner_loop_stops_too() -> None:
     run = Run()
 

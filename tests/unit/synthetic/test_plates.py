@@ -15,7 +15,7 @@ from limbgram.reconstruction.targets.marks import find_marks, marks_in
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
 from limbgram.synthetic.props.plates import lay_plates
 from limbgram.synthetic.rendering.developing import developed
-from limbgram.synthetic.rendering.renderer import Stage, render
+from limbgram.synthetic.rendering.renderer import RenderScene, render
 from limbgram.synthetic.rendering.shading import Lighting, light_of
 
 CAMERA = Camera(width_px=900, height_px=600, fx=2100.0, fy=2100.0, cx=451.0, cy=298.0, k1=-0.08)
@@ -40,7 +40,7 @@ def test_a_bar_seen_from_four_sides_has_its_length(tmp_path: Path) -> None:
         pose = Rigid.looking_at(np.array(centre, float), ends.mean(0), up)
         views.append(View(f"{k}.png", CAMERA, pose))
         light = light_of(Lighting(), pose, 800.0, np.zeros(3))
-        picture = developed(render(views[k], Stage((laid.panel,)), light), 1.0, RNG)
+        picture = developed(render(views[k], RenderScene((laid.panel,)), light), 1.0, RNG)
         Image.fromarray(picture).save(tmp_path / f"{k}.png")
     found = find_marks(read_photos([tmp_path]), lenses=(CAMERA,) * 4)
     (distance,) = mark_distances(found, [BAR])
@@ -64,7 +64,9 @@ def test_marks_of_a_laid_plate_are_seen_where_they_lie() -> None:
     up = np.array([0.0, 0.0, 1.0])
     view = View("a", CAMERA, Rigid.looking_at(centre, (first + second) / 2, up))
     light = light_of(Lighting(), view.camera_from_world, 800.0, np.zeros(3))
-    picture = developed(render(view, Stage((laid.panel,)), light), 0.5, np.random.default_rng(1))
+    picture = developed(
+        render(view, RenderScene((laid.panel,)), light), 0.5, np.random.default_rng(1)
+    )
     found = marks_in(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), camera=CAMERA)
     assert [one.mark_id for one in found] == [100, 101]
     for one, place in zip(found, (first, second), strict=True):

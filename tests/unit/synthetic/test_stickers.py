@@ -14,7 +14,7 @@ from limbgram.synthetic.props.paint import Painting, bake
 from limbgram.synthetic.props.room import make_room
 from limbgram.synthetic.props.stickers import stick
 from limbgram.synthetic.rendering.developing import developed, softened
-from limbgram.synthetic.rendering.renderer import Stage, render
+from limbgram.synthetic.rendering.renderer import RenderScene, render
 from limbgram.synthetic.rendering.shading import Lighting, light_of
 
 STICKERS = (
@@ -44,7 +44,7 @@ def test_a_sticker_is_read_where_it_truly_is(which: int) -> None:
     view = looking_at(place, limb.normals[vertex] * [1.0, 1.0, 0.0])
     light = light_of(Lighting(), view.camera_from_world, FAR_MM, np.zeros(3))
     picture = softened(
-        render(view, Stage(make_room(7, under_stand=True), limb, None, skin), light, 3), 0.5
+        render(view, RenderScene(make_room(7, under_stand=True), limb, None, skin), light, 3), 0.5
     )
     pixels = developed(picture, 0.0, np.random.default_rng(0))
     luma = np.asarray(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY), np.uint8)
@@ -55,6 +55,19 @@ def test_a_sticker_is_read_where_it_truly_is(which: int) -> None:
     assert np.abs(off_px).max() < 1.0  # 0.33 mm: the skin is round and leans
     across_px = np.linalg.norm(fit.corners_px[1] - fit.corners_px[0])
     assert across_px * FAR_MM / CAMERA.fx == pytest.approx(16.0, rel=0.03)
+
+
+def test_a_large_sticker_at_the_distal_end_stays_within_its_border() -> None:
+    limb = make_limb(LimbKind.TRANSTIBIAL, 11, 2.0, 60.0)
+    large = SockSticker(mark_id=3, around=0.3, height=0.95, side_mm=40.0)
+    texture = np.zeros((*limb.grid_mm.shape[:2], 4), np.uint8)
+    stick(texture, limb, (large,))
+    (centre,) = sticker_places_mm(limb, (large,))
+    printed = texture[..., 0] > 0
+    corner_mm = np.sqrt(2) * (0.5 + 1 / 4) * large.side_mm  # a mark has four cells or more
+    off_mm = np.linalg.norm(limb.grid_mm - centre, axis=2)
+    assert printed[off_mm < 10.0].all()
+    assert off_mm[printed].max() < corner_mm
 
 
 def test_stickers_that_cannot_be_stuck_are_refused() -> None:

@@ -1,4 +1,4 @@
-"""Motions and angles: Rigid and Similarity, their least-squares fit, turns.
+"""Rigid motions and similarities, their least-squares fit, and angles.
 
 A motion is named b_from_a and takes coordinates in frame a to coordinates in frame b. The fit of a
 similarity to corresponding points is Umeyama's (1991).
@@ -13,12 +13,13 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import AnyPoints3, Matrix3, Points3, Vector3
 
-_PIECE = 20_000
+_ROWS_AT_ONCE = 20_000
+"""A larger matrix product wakes BLAS threads, which then spin for longer than the product takes."""
 
 
 @dataclass(frozen=True)
 class Rigid:
-    """x_in_b = rotation @ x_in_a + translation."""
+    """Rigid motion b_from_a: x_in_b = rotation @ x_in_a + translation."""
 
     rotation: Matrix3
     translation: Vector3
@@ -67,23 +68,20 @@ class Rigid:
         )
 
     def apply(self, points_in_a: AnyPoints3) -> AnyPoints3:
-        return turned(points_in_a, self.rotation) + self.translation
+        return rotated(points_in_a, self.rotation) + self.translation
 
 
-def turned(vectors: AnyPoints3, rotation: Matrix3) -> AnyPoints3:
-    """Vectors after a rotation.
-
-    In pieces: for more at once BLAS wakes threads that then spin, for longer than all this takes.
-    """
-    if len(vectors) <= _PIECE:
+def rotated(vectors: AnyPoints3, rotation: Matrix3) -> AnyPoints3:
+    """Vectors after a rotation, computed in pieces of `_ROWS_AT_ONCE`."""
+    if len(vectors) <= _ROWS_AT_ONCE:
         return vectors @ rotation.T
-    pieces = np.array_split(vectors, -(-len(vectors) // _PIECE))
+    pieces = np.array_split(vectors, -(-len(vectors) // _ROWS_AT_ONCE))
     return np.concatenate([piece @ rotation.T for piece in pieces])
 
 
-def square_to(direction: Vector3) -> Float64[np.ndarray, "2 3"]:
-    """Two directions square to one and to each other."""
-    return np.linalg.svd(direction[None])[2][1:]
+def plane_basis(normal: Vector3) -> Float64[np.ndarray, "2 3"]:
+    """Orthonormal basis of the plane across a normal of any length."""
+    return np.linalg.svd(normal[None])[2][1:]
 
 
 def angle_between_deg(first: Matrix3, second: Matrix3) -> float:
@@ -92,18 +90,18 @@ def angle_between_deg(first: Matrix3, second: Matrix3) -> float:
 
 
 def turn_rad(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
-    """Smallest turn from the other angle to this one, with its sign; any number of times round."""
+    """Signed difference `one` - `other` of two angles, wrapped to -pi to pi."""
     return np.angle(np.exp(1j * (np.asarray(one) - np.asarray(other))))
 
 
 SIMILARITY_SIZE = 7
-"""Numbers of a similarity: turn, shift, growth. So many has a body as a whole, and so many of a
-scene the photos leave open."""
+"""Degrees of freedom of a similarity: rotation, translation, scale. In these seven a scene is
+undetermined by photos alone (its gauge)."""
 
 
 @dataclass(frozen=True)
 class Similarity:
-    """x_in_b = scale * rotation @ x_in_a + translation."""
+    """Similarity b_from_a: x_in_b = scale * rotation @ x_in_a + translation."""
 
     scale: float
     rotation: Matrix3
@@ -120,7 +118,7 @@ class Similarity:
         return self.scale * points_in_a @ self.rotation.T + self.translation
 
     def move_camera(self, camera_from_a: Rigid) -> Rigid:
-        """camera_from_b, where the camera's own frame takes the scale of b."""
+        """camera_from_b of this b_from_a; the camera's own frame takes the scale of b."""
         rotation = camera_from_a.rotation @ self.rotation.T
         return Rigid(rotation, self.scale * camera_from_a.translation - rotation @ self.translation)
 
@@ -136,9 +134,11 @@ def fit_similarity(
     share = np.full(len(points_in_a), 1.0) if weights is None else weights
     share = share / share.sum()
     mean_a, mean_b = share @ points_in_a, share @ points_in_b
-    from_a, from_b = points_in_a - mean_a, points_in_b - mean_b
-    u, singular, vt = np.linalg.svd((from_b * share[:, None]).T @ from_a)
+    centred_a, centred_b = points_in_a - mean_a, points_in_b - mean_b
+    u, singular, vt = np.linalg.svd((centred_b * share[:, None]).T @ centred_a)
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = (u * signs) @ vt
-    scale = float((singular * signs).sum() / (share @ (from_a**2).sum(1))) if with_scale else 1.0
+    scale = 1.0
+    if with_scale:
+        scale = float((singular * signs).sum() / (share @ (centred_a**2).sum(1)))
     return Similarity(scale, rotation, mean_b - scale * rotation @ mean_a)

@@ -10,12 +10,12 @@ from scipy.spatial import ConvexHull
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.kernels import njit
 
-_LEAST_INSIDE = 1e-9
-"""Of its squared length; what holds less is left to Qhull, which says what is wrong with it."""
+_LEAST_AREA = 1e-9
+"""Of the perimeter squared; a flatter hull is left to Qhull, which says what is wrong with it."""
 
 
-def around(points_mm: Points2) -> Int64[np.ndarray, " k"]:
-    """Numbers of the points at its corners, anticlockwise.
+def convex_hull(points_mm: Points2) -> Int64[np.ndarray, " k"]:
+    """Indices of the points at the hull's corners, counter-clockwise.
 
     Raises:
         QhullError: the points lie on a line.
@@ -23,17 +23,17 @@ def around(points_mm: Points2) -> Int64[np.ndarray, " k"]:
     """
     if len(points_mm) > 2 and np.isfinite(points_mm).all():
         order = np.lexsort((points_mm[:, 1], points_mm[:, 0]))
-        corners = _chains(np.ascontiguousarray(points_mm, np.float64), order)
+        corners = _monotone_chains(np.ascontiguousarray(points_mm, np.float64), order)
         ring = points_mm[corners] - points_mm[corners[0]]
-        onward = np.roll(ring, -1, axis=0)
-        inside = (ring[:, 0] * onward[:, 1] - onward[:, 0] * ring[:, 1]).sum() / 2
-        if inside > _LEAST_INSIDE * np.linalg.norm(onward - ring, axis=1).sum() ** 2:
+        after = np.roll(ring, -1, axis=0)
+        area_mm2 = (ring[:, 0] * after[:, 1] - after[:, 0] * ring[:, 1]).sum() / 2
+        if area_mm2 > _LEAST_AREA * np.linalg.norm(after - ring, axis=1).sum() ** 2:
             return corners
     return ConvexHull(points_mm).vertices.astype(np.int64)
 
 
 @njit(cache=True, nogil=True)
-def _chains(points: np.ndarray, order: np.ndarray):
+def _monotone_chains(points: np.ndarray, order: np.ndarray):
     """The lower chain and then the upper one, from points sorted by x and then by y."""
     count = len(order)
     corners = np.empty(2 * count, np.int64)

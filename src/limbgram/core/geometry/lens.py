@@ -4,15 +4,17 @@ Pinhole with skew and Brown-Conrady distortion, in OpenCV's convention. Pixel (0
 of the top left pixel. The camera looks along +z, x right, y down. Photos are used in the sensor's
 orientation; EXIF orientation only turns pictures for people.
 
-The formulas stand once, in three functions: `distorted`, `distorted_with_slopes` and
-`coefficient_slopes`. They are plain Python. numpy calls them with arrays, and every compiled kernel
-inlines them. All other code takes the model from them. Where the radial part turns back, and the
-lens shows nothing any more, is told by `fold_of`.
+The formulas stand once, in three functions: `distorted`, `distorted_with_jacobian` and
+`coefficient_derivatives`. They are plain Python: numpy calls them with arrays, and every compiled
+kernel inlines them. `fold_radius` is the radius beyond which the radial distortion turns back and
+the lens shows nothing.
+
+Ideal coordinates are normalized and undistorted: X/Z, Y/Z in the camera frame.
 
 To add a coefficient:
-1. Append it to `LensParameters`, with nought for what files do not say, and say in `DISTORTION`
-   how it acts. Rows, covariances, files, summaries and what is held at zero follow.
-2. Write it into the three formulas, into `distorted_by` and `distorted_in`, which take them from a
+1. Append it to `LensParameters`, with zero as its default, and describe it in `DISTORTION`. Packed
+   rows, covariances, files, summaries and the parameters held fixed follow.
+2. Write it into the three formulas, into `distorted_by` and `distorted_in`, which read a packed
    row, and as the last row of derivatives into `project_and_differentiate`.
 3. `tests/unit/core/test_derivatives.py`: give it a value in `LENS`. The file checks every
    derivative in the program against complex steps and differences.
@@ -38,7 +40,7 @@ from limbgram.core.kernels import inlined, njit
 
 @dataclass(frozen=True, kw_only=True)
 class LensParameters:
-    """The numbers of a lens: four of the pinhole and skew in pixels, then the distortion."""
+    """Intrinsics (pinhole and skew, px), then the distortion coefficients."""
 
     fx: float
     fy: float
@@ -53,14 +55,14 @@ class LensParameters:
 
 
 class Coefficient(NamedTuple):
-    """How a coefficient of the distortion acts, and what is known of it beforehand."""
+    """How a distortion coefficient acts, and its prior."""
 
     power: int
-    """Of the distance from the axis: so grows the shift, in parts of that distance."""
+    """Power of the radius with which the relative shift of a pixel grows."""
     radial: bool
     wide: float
-    """Sigma of the shift in the picture's corner where no board told it, over that of k1; 0 holds
-    the coefficient at what it is, which is zero unless it was given."""
+    """Prior sigma of the shift at the picture's corner, relative to that of k1, for lenses that no
+    board calibrated; 0 holds the coefficient fixed."""
 
 
 DISTORTION = {
@@ -76,30 +78,27 @@ PARAMETERS = tuple(field.name for field in fields(LensParameters))
 
 COEFFICIENTS = tuple(DISTORTION)
 OPENCV = ("k1", "k2", "p1", "p2", "k3")
-"""The coefficients that OpenCV and COLMAP have too, in their order; theirs that follow divide."""
+"""Coefficients that OpenCV and COLMAP share, in their order; theirs after k3 are a denominator."""
 IN_PIXELS = PARAMETERS[: -len(COEFFICIENTS)]
 """Lens parameters with a unit; the others have none."""
 RADIAL = [PARAMETERS.index(name) for name, one in DISTORTION.items() if one.radial]
-"""Where the radial coefficients stand in a row."""
+"""Indices of the radial coefficients in a packed row."""
 HELD = ("skew", *(name for name, one in DISTORTION.items() if one.wide == 0))
-"""Not estimated unless that is asked for."""
+"""Held fixed unless their estimation is asked for."""
 
 LENS_SIZE = len(PARAMETERS)
 POSE_SIZE = 6
 FROM_CORNER_PX = 0.5
-"""COLMAP counts pixels from the picture's corner, we from its first pixel's middle."""
+"""Added to our pixel coordinates it gives COLMAP's, whose origin is the picture's corner."""
 
 _UNDISTORT_STEPS = 20
 _EXACT = float(np.nextafter(0.0, 1.0))
-"""Only steps of nothing are smaller: the iteration ends where it stands still."""
+"""Tolerance below which only a step of zero lies."""
 
 
 @inlined
 def distorted(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
-    """Distorted of ideal normalized coordinates, as (xd, yd).
-
-    Numbers, arrays and complex numbers are taken alike.
-    """
+    """Distorted normalized coordinates (xd, yd) of ideal ones; scalars, arrays or complex."""
     r2 = x * x + y * y
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
     xd = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
@@ -108,8 +107,8 @@ def distorted(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
 
 
 @inlined
-def distorted_with_slopes(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
-    """The same with its derivatives: (xd, yd, d xd/dx, d xd/dy = d yd/dx, d yd/dy)."""
+def distorted_with_jacobian(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
+    """`distorted` and its symmetric Jacobian: (xd, yd, dxd/dx, dxd/dy = dyd/dx, dyd/dy)."""
     xd, yd = distorted(x, y, k1, k2, p1, p2, k3)
     r2 = x * x + y * y
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -121,8 +120,8 @@ def distorted_with_slopes(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3
 
 
 @inlined
-def coefficient_slopes(x: Any, y: Any):
-    """Derivatives of (xd, yd) by k1, k2, p1, p2 and k3."""
+def coefficient_derivatives(x: Any, y: Any):
+    """Derivatives of (xd, yd) with respect to k1, k2, p1, p2 and k3."""
     r2 = x * x + y * y
     return (
         (x * r2, y * r2),
@@ -135,41 +134,41 @@ def coefficient_slopes(x: Any, y: Any):
 
 @inlined
 def distorted_by(lens: Any, x: Any, y: Any):
-    """`distorted` by a packed lens."""
+    """`distorted` with the coefficients of a packed lens."""
     return distorted(x, y, lens[5], lens[6], lens[7], lens[8], lens[9])
 
 
 @inlined
 def distorted_in(view: Any, x: Any, y: Any):
-    """`distorted_with_slopes` by the lens of a packed view."""
+    """`distorted_with_jacobian` with the coefficients of a packed view."""
     k1, k2, p1, p2, k3 = view[17], view[18], view[19], view[20], view[21]
-    return distorted_with_slopes(x, y, k1, k2, p1, p2, k3)
+    return distorted_with_jacobian(x, y, k1, k2, p1, p2, k3)
 
 
 @lru_cache(maxsize=256)
-def fold_of(*radial: float, slope: float = 0.0) -> float:
-    """Ideal distance from the axis where the radial distortion turns back; infinite without one.
+def fold_radius(*radial: float, slope: float = 0.0) -> float:
+    """Ideal radius at which the distorted radius stops growing; infinite if it never does.
 
-    What lies farther aside would be drawn over what lies nearer: no lens shows it there. With a
-    `slope`, where places still part by only so much of what their rays do.
+    Beyond it the picture would fold over itself: no lens shows points there.
 
     Args:
-        radial: Coefficients of the distance's second, fourth, sixth power and so on.
+        radial: k1, k2, k3 and so on: coefficients of r^2, r^4, r^6.
+        slope: Derivative of the distorted radius that counts as no longer growing.
     """
     terms = [(2.0 * n + 1.0) * one for n, one in enumerate(radial, start=1)]
-    terms = np.array([*reversed(terms), 1.0 - slope])  # by the distance's square
-    if not np.isfinite(terms).all():
+    derivative = np.array([*reversed(terms), 1.0 - slope])  # a polynomial in r^2
+    if not np.isfinite(derivative).all():
         return 0.0
-    roots = np.roots(terms)
+    roots = np.roots(derivative)
     squares = roots.real[(roots.imag == 0.0) & (roots.real > 0.0)]
     return float(np.sqrt(squares.min(initial=np.inf)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ideal_of(x_px: float, y_px: float, lens: np.ndarray, steps: int, tolerance: float):
-    """Ideal normalized coordinates of a pixel: the inverse of the projection, by fixed points.
+def ideal_from_pixel(x_px: float, y_px: float, lens: np.ndarray, steps: int, tolerance: float):
+    """Ideal coordinates of a pixel, by fixed-point iteration (OpenCV's undistortPoints).
 
-    Ends after `steps`, or where a step is smaller than `tolerance`.
+    Ends after `steps`, or when a step is smaller than `tolerance`.
     """
     yd = (y_px - lens[3]) / lens[1]
     xd = (x_px - lens[2] - lens[4] * yd) / lens[0]
@@ -185,15 +184,15 @@ def ideal_of(x_px: float, y_px: float, lens: np.ndarray, steps: int, tolerance: 
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Picture:
-    """Fields that stand before those of the lens wherever a camera is written."""
+class _ImageSize:
+    """Base of Camera: its fields come before those of the lens wherever a camera is written."""
 
     width_px: int
     height_px: int
 
 
 @dataclass(frozen=True, kw_only=True)
-class Camera(LensParameters, _Picture):
+class Camera(LensParameters, _ImageSize):
     """Intrinsics and distortion of one camera at one focus setting, for one image size.
 
     x, y = X/Z, Y/Z; r2 = x^2 + y^2; d = 1 + k1 r2 + k2 r2^2 + k3 r2^3
@@ -203,21 +202,21 @@ class Camera(LensParameters, _Picture):
 
     @property
     def matrix(self) -> Matrix3:
-        """K."""
+        """The calibration matrix K."""
         return np.array([[self.fx, self.skew, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     @property
     def distortion(self) -> Float64[np.ndarray, " coefficients"]:
-        """In the order of COEFFICIENTS, whose first five are OpenCV's."""
+        """The coefficients in the order of COEFFICIENTS, whose first five are OpenCV's."""
         return self.packed[len(IN_PIXELS) :]
 
     def coefficients(
         self, program: str, known: Sequence[str], error: type[LimbgramError]
     ) -> tuple[float, ...]:
-        """Coefficients as another program has them: those that it knows, in its order.
+        """Coefficients for another program: those that it knows, in its order.
 
         Raises:
-            error: the lens has another one, without which its pixels would lie elsewhere.
+            error: the lens has a coefficient that the program does not know.
         """
         given = dict(zip(COEFFICIENTS, self.distortion.tolist(), strict=True))
         more = tuple(name for name in COEFFICIENTS if given[name] and name not in known)
@@ -244,7 +243,7 @@ class Camera(LensParameters, _Picture):
         return replace(self.undistorted, skew=0.0)
 
     def scaled(self, factor: float) -> "Camera":
-        """The camera of an image reduced by `factor` (< 1), pixel centres kept right."""
+        """The camera of an image reduced by `factor` (< 1); the half pixel is accounted for."""
         return replace(
             self,
             width_px=round(self.width_px * factor),
@@ -262,13 +261,10 @@ class Camera(LensParameters, _Picture):
         return np.stack(distorted(x, y, *self.distortion), axis=-1)
 
     def project(self, points_in_camera: AnyPoints3) -> AnyPoints2:
-        """Pixels of points in the camera frame; NaN for points that the lens cannot show.
-
-        Those are behind the camera, or so far aside that the distortion has turned back.
-        """
+        """Pixels of points in the camera frame; NaN behind the camera and beyond `fold_radius`."""
         depth = np.where(points_in_camera[..., 2] > 0, points_in_camera[..., 2], np.nan)
         ideal = points_in_camera[..., :2] / depth[..., None]
-        shown = (ideal**2).sum(axis=-1) <= fold_of(*self.packed[RADIAL]) ** 2
+        shown = (ideal**2).sum(axis=-1) <= fold_radius(*self.packed[RADIAL]) ** 2
         distorted = self.distort(np.where(shown[..., None], ideal, np.nan))
         return np.stack(
             [
@@ -313,15 +309,15 @@ class View:
     def project(self, points_in_world: AnyPoints3) -> AnyPoints2:
         return self.camera.project(self.camera_from_world.apply(points_in_world))
 
-    def pixel_at(self, points_in_world: Points3) -> Float64[np.ndarray, " n"]:
-        """Width of a pixel of this photo on the object, in units of the world."""
+    def pixel_size_at(self, points_in_world: Points3) -> Float64[np.ndarray, " n"]:
+        """Footprint of a pixel at these points (depth over focal length), in units of the world."""
         depth = self.camera_from_world.apply(points_in_world)[:, 2]
         return np.abs(depth) / np.sqrt(self.camera.fx * self.camera.fy)
 
     def shows(self, points_in_world: AnyPoints3, margin_px: float = 0.0) -> np.ndarray:
-        """Whether points lie before the camera, in its frame and this far from its border.
+        """Whether points project into the image, `margin_px` from its border.
 
-        What stands before them is not looked at.
+        Occlusion is ignored.
         """
         return self.camera.contains(self.project(points_in_world), margin_px)
 
@@ -337,26 +333,26 @@ class View:
 
 
 def without_skew(camera: Camera, xy_px: Points2) -> Points2:
-    """Pixels as the same camera without skew would have them."""
-    straight = xy_px.copy()
-    straight[:, 0] -= camera.skew * (xy_px[:, 1] - camera.cy) / camera.fy
-    return straight
+    """Pixels of the same rays in the camera without skew."""
+    unskewed = xy_px.copy()
+    unskewed[:, 0] -= camera.skew * (xy_px[:, 1] - camera.cy) / camera.fy
+    return unskewed
 
 
-class LensSlopes(NamedTuple):
-    """Pixels with their derivatives by the ideal coordinates and by the lens."""
+class LensDerivatives(NamedTuple):
+    """Pixels and their derivatives with respect to the ideal coordinates and the lens."""
 
     xy_px: Points2
     by_ideal: Float64[np.ndarray, "n 2 2"]
     by_lens: Float64[np.ndarray, "n 2 lens"]
 
 
-def lens_slopes(
+def lens_derivatives(
     x: Float64[np.ndarray, " n"], y: Float64[np.ndarray, " n"], lens: Float64[np.ndarray, " lens"]
-) -> LensSlopes:
-    """Pixels of ideal coordinates (X/Z, Y/Z), with derivatives."""
+) -> LensDerivatives:
+    """Pixels of ideal coordinates, with derivatives."""
     fx, fy, cx, cy, skew = lens[:5]
-    xd, yd, xd_x, xd_y, yd_y = distorted_with_slopes(x, y, *lens[5:])
+    xd, yd, xd_x, xd_y, yd_y = distorted_with_jacobian(x, y, *lens[5:])
     by_ideal = np.empty((len(x), 2, 2))
     by_ideal[:, 0, 0], by_ideal[:, 0, 1] = fx * xd_x + skew * xd_y, fx * xd_y + skew * yd_y
     by_ideal[:, 1, 0], by_ideal[:, 1, 1] = fy * xd_y, fy * yd_y
@@ -364,9 +360,10 @@ def lens_slopes(
     by_lens[:, 0, 0], by_lens[:, 1, 1] = xd, yd
     by_lens[:, 0, 2] = by_lens[:, 1, 3] = 1.0
     by_lens[:, 0, 4] = yd
-    for column, (dx, dy) in enumerate(coefficient_slopes(x, y), start=5):
+    for column, (dx, dy) in enumerate(coefficient_derivatives(x, y), start=5):
         by_lens[:, 0, column], by_lens[:, 1, column] = fx * dx + skew * dy, fy * dy
-    return LensSlopes(np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1), by_ideal, by_lens)
+    xy_px = np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1)
+    return LensDerivatives(xy_px, by_ideal, by_lens)
 
 
 @njit(cache=True, nogil=True)
@@ -415,7 +412,7 @@ def project_and_differentiate(
     by_lens[0, 2], by_lens[1, 2] = 1.0, 0.0
     by_lens[0, 3], by_lens[1, 3] = 0.0, 1.0
     by_lens[0, 4], by_lens[1, 4] = yd, 0.0
-    by_k1, by_k2, by_p1, by_p2, by_k3 = coefficient_slopes(x, y)
+    by_k1, by_k2, by_p1, by_p2, by_k3 = coefficient_derivatives(x, y)
     _by_distortion(by_lens, 5, by_k1, fx, fy, skew)
     _by_distortion(by_lens, 6, by_k2, fx, fy, skew)
     _by_distortion(by_lens, 7, by_p1, fx, fy, skew)
@@ -442,36 +439,35 @@ def differentiate_all(
 def _by_distortion(
     by_lens: np.ndarray,
     column: int,
-    move: tuple[float, float],
+    by_distorted: tuple[float, float],
     fx: float,
     fy: float,
     skew: float,
 ):
-    """Write how pixels move when distorted coordinates move by `move`."""
-    by_lens[0, column] = fx * move[0] + skew * move[1]
-    by_lens[1, column] = fy * move[1]
+    """Fill a column: the derivative of a pixel from that of its distorted coordinates."""
+    by_lens[0, column] = fx * by_distorted[0] + skew * by_distorted[1]
+    by_lens[1, column] = fy * by_distorted[1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _normalize_all(xy_px: np.ndarray, lens: np.ndarray, ideal: np.ndarray) -> None:
     """Fill the ideal coordinates of all pixels."""
     for k in range(len(xy_px)):
-        ideal[k, 0], ideal[k, 1] = ideal_of(
+        ideal[k, 0], ideal[k, 1] = ideal_from_pixel(
             xy_px[k, 0], xy_px[k, 1], lens, _UNDISTORT_STEPS, _EXACT
         )
 
 
-def turned(
+def with_pose_step(
     view: Float64[np.ndarray, " view"], step: Float64[np.ndarray, "6"]
 ) -> Float64[np.ndarray, " view"]:
-    """The view after the pose step (w, d); the rotation stays orthogonal to rounding."""
-    from_axis = np.zeros((3, 3))
+    """The packed view after the pose step (w, d), by Rodrigues' formula."""
     angle = float(np.linalg.norm(step[:3]))
     wx, wy, wz = step[:3] if angle == 0.0 else step[:3] / angle
-    from_axis[:] = [[0.0, -wz, wy], [wz, 0.0, -wx], [-wy, wx, 0.0]]
-    small = np.eye(3) + np.sin(angle) * from_axis
-    small += (1.0 - np.cos(angle)) * (from_axis @ from_axis)
+    skew_axis = np.array([[0.0, -wz, wy], [wz, 0.0, -wx], [-wy, wx, 0.0]])
+    rotation = np.eye(3) + np.sin(angle) * skew_axis
+    rotation += (1.0 - np.cos(angle)) * (skew_axis @ skew_axis)
     moved = view.copy()
-    moved[:9] = (small @ view[:9].reshape(3, 3)).ravel()
+    moved[:9] = (rotation @ view[:9].reshape(3, 3)).ravel()
     moved[9:12] += step[3:]
     return moved

@@ -1,4 +1,4 @@
-"""Epipolar distances and triangulation: what matches in placed photos say of points.
+"""Epipolar distances of matches, and triangulation of points from placed photos.
 
 The Sampson distance: x2^T F x1 = 0 is a quadric through the space of matches (x1, y1, x2, y2). The
 distance of a match to its tangent is the Sampson distance (Sampson 1982; Hartley and Zisserman,
@@ -21,39 +21,39 @@ from limbgram.core.kernels import njit
 from limbgram.core.solvers import invert_symmetric
 
 _STEPS = 8
-"""Of Gauss-Newton, from the linear method."""
+"""Gauss-Newton steps."""
 
 
 def sampson_px(
     fundamental: Matrix3, xy_first: Points2, xy_second: Points2
 ) -> Float64[np.ndarray, " n"]:
-    """Signed distances of the matches; their squares approximate d(x, x^)^2 + d(x', x'^)^2."""
+    """Signed Sampson distances; squared they approximate d(x, x^)^2 + d(x', x'^)^2."""
     error, gradient = _error_and_gradient(fundamental, xy_first, xy_second)
-    return error / _length(gradient)
+    return error / _gradient_norm(gradient)
 
 
-def sampson_by_matrix(
+def sampson_jacobian(
     fundamental: Matrix3, xy_first: Points2, xy_second: Points2
 ) -> Float64[np.ndarray, "n 9"]:
-    """Derivative of the signed Sampson distances by the entries of F, row by row."""
+    """Derivatives of the signed Sampson distances with respect to F, row-major."""
     ones = np.ones((len(xy_first), 1))
     first, second = np.hstack([xy_first, ones]), np.hstack([xy_second, ones])
-    in_second, in_first = first @ fundamental.T, second @ fundamental
-    error = np.einsum("ni,ni->n", second, in_second)
-    square = (in_second[:, :2] ** 2).sum(1) + (in_first[:, :2] ** 2).sum(1)
-    square = np.maximum(square, np.finfo(float).tiny)
-    half_square = np.zeros((len(first), 3, 3))
-    half_square[:, :2] += in_second[:, :2, None] * first[:, None, :]
-    half_square[:, :, :2] += second[:, :, None] * in_first[:, None, :2]
+    line_in_second, line_in_first = first @ fundamental.T, second @ fundamental
+    error = np.einsum("ni,ni->n", second, line_in_second)
+    norm2 = (line_in_second[:, :2] ** 2).sum(1) + (line_in_first[:, :2] ** 2).sum(1)
+    norm2 = np.maximum(norm2, np.finfo(float).tiny)
+    half_norm2_by_matrix = np.zeros((len(first), 3, 3))
+    half_norm2_by_matrix[:, :2] += line_in_second[:, :2, None] * first[:, None, :]
+    half_norm2_by_matrix[:, :, :2] += second[:, :, None] * line_in_first[:, None, :2]
     numerator = second[:, :, None] * first[:, None, :]
-    numerator -= half_square * (error / square)[:, None, None]
-    return numerator.reshape(-1, 9) / np.sqrt(square)[:, None]
+    numerator -= half_norm2_by_matrix * (error / norm2)[:, None, None]
+    return numerator.reshape(-1, 9) / np.sqrt(norm2)[:, None]
 
 
 def nearest_matches(
     fundamental: Matrix3, xy_first: Points2, xy_second: Points2, steps: int = 3
 ) -> Float64[np.ndarray, "n 4"]:
-    """The nearest exact matches: the maximum-likelihood x^ and x'^.
+    """Matches corrected onto the epipolar constraint: the maximum-likelihood x^ and x'^.
 
     Newton steps towards the foot of the perpendicular on the quadric: each step linearises at
     the last estimate but measures from the given match (Kanatani et al. 2008). Two steps reach
@@ -63,8 +63,8 @@ def nearest_matches(
     nearest = given
     for _ in range(steps):
         error, gradient = _error_and_gradient(fundamental, nearest[:, :2], nearest[:, 2:])
-        reach = error + np.einsum("ij,ij->i", gradient, given - nearest)
-        nearest = given - gradient * (reach / _length(gradient) ** 2)[:, None]
+        residual = error + np.einsum("ij,ij->i", gradient, given - nearest)
+        nearest = given - gradient * (residual / _gradient_norm(gradient) ** 2)[:, None]
     return nearest
 
 
@@ -77,18 +77,18 @@ def _error_and_gradient(
     return error, np.concatenate([line_in_first[:, :2], line_in_second[:, :2]], axis=1)
 
 
-def _length(gradient: Float64[np.ndarray, "n 4"]) -> Float64[np.ndarray, " n"]:
-    """Nought at the epipoles; then the least length that can be squared."""
+def _gradient_norm(gradient: Float64[np.ndarray, "n 4"]) -> Float64[np.ndarray, " n"]:
+    """Kept above zero, which it is where both points are epipoles."""
     return np.maximum(np.linalg.norm(gradient, axis=1), np.sqrt(np.finfo(float).tiny))
 
 
 @dataclass(frozen=True)
 class Triangulated:
-    """Points, and how well their rays fix them."""
+    """Triangulated points with their covariance; NaN where there is none."""
 
     points_in_world: Points3
     covariance: Float64[np.ndarray, "n 3 3"]
-    """For measurements of 1 px standard deviation in x and in y, and exact cameras."""
+    """For measurements with a standard deviation of 1 px in x and in y, and exact cameras."""
     rms_px: Float64[np.ndarray, " n"]
     """Root mean square distance between measured and projected pixels."""
 
@@ -117,15 +117,15 @@ def triangulate_linear(
     xy_px: Float64[np.ndarray, "m 2"],
     count: int,
 ) -> Points3:
-    """The linear method: least squares of x (p3 X) - p1 X and y (p3 X) - p2 X over all rays."""
+    """The linear method (DLT): least squares of x (p3 X) - p1 X and y (p3 X) - p2 X."""
     centres = np.array([view.centre_in_world for view in views])
-    middle = centres.mean(0)
-    size = float(np.abs(centres - middle).max()) or 1.0
+    centroid = centres.mean(0)
+    size = float(np.abs(centres - centroid).max()) or 1.0
     normal = np.zeros((count, 16))
     for idx, view in enumerate(views):
         rows = np.flatnonzero(view_idx == idx)
         pose = view.camera_from_world
-        shifted = (pose.rotation @ middle + pose.translation) / size
+        shifted = (pose.rotation @ centroid + pose.translation) / size
         projection = np.column_stack([pose.rotation, shifted])
         ideal = view.camera.normalize(xy_px[rows])
         for axis in range(2):
@@ -135,7 +135,7 @@ def triangulate_linear(
     homogeneous = np.linalg.eigh(normal.reshape(count, 4, 4))[1][:, :, 0]
     seen = np.bincount(point_idx, minlength=count) >= 2
     weight = np.where(seen & (np.abs(homogeneous[:, 3]) > 1e-12), homogeneous[:, 3], np.nan)
-    return homogeneous[:, :3] / weight[:, None] * size + middle
+    return homogeneous[:, :3] / weight[:, None] * size + centroid
 
 
 @njit(cache=True, nogil=True)

@@ -1,4 +1,7 @@
-"""Closest point on a triangle mesh: a tree of boxes over triangles in Morton order, compiled."""
+"""Closest point on a triangle mesh, by a bounding volume hierarchy over triangles in Morton order.
+
+The kernels are compiled; triangles are sorted by the Morton code of their centroids.
+"""
 
 from dataclasses import dataclass
 from functools import partial
@@ -11,21 +14,21 @@ from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel, worker_count
 
 _MANY = 20_000
-"""Queries from which they are shared out among the processors; none depends on another."""
+"""Queries above which they are shared out among the processors."""
 LEAF = 4
 """Triangles in a leaf."""
-_ROOM, _ROOM_MM2 = 1 + 1e-9, 1e-12
-"""A bound is raised by this share and this much, so that the nearest place lies below it."""
+_SLACK, _SLACK_MM2 = 1 + 1e-9, 1e-12
+"""Factor and addition that keep a bound on a squared distance safe from rounding."""
 _BITS = 10
 _CELLS = (1 << _BITS) - 1
-"""Cells along each axis are numbered from 0 to this."""
+"""Largest cell number along an axis."""
 _SPREADING = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
-"""Steps that set two zeros between the ten bits of a number."""
+"""Shifts and masks that set two zeros between the ten bits of a number."""
 
 
 @dataclass(frozen=True)
 class Closest:
-    """For each query: the nearest place on the mesh, its face, and how far it is."""
+    """For each query: the nearest point of the mesh, its face and its distance."""
 
     points_mm: Float64[np.ndarray, "n 3"]
     faces: Int64[np.ndarray, " n"]
@@ -34,14 +37,16 @@ class Closest:
 
 @dataclass(frozen=True)
 class TriangleTree:
-    """Triangles sorted along a Morton curve under a complete binary tree of boxes.
+    """A complete binary tree of bounding boxes over triangles sorted along a Morton curve.
 
     Node 1 is the root, node k has children 2 k and 2 k + 1; the last half are leaves.
     """
 
     triangles: Float64[np.ndarray, "f 3 3"]
     order: Int64[np.ndarray, " f"]
+    """The mesh's face of each triangle."""
     boxes: Float64[np.ndarray, "k 6"]
+    """Lowest and highest corner of each node."""
 
     @classmethod
     def of(cls, vertices_mm: Points3, faces: Faces) -> "TriangleTree":
@@ -51,28 +56,28 @@ class TriangleTree:
             ValueError: there is no face.
         """
         if not len(faces):
-            raise ValueError("No place on a mesh without faces is nearest to anything.")
+            raise ValueError("A mesh without faces has no closest point.")
         leaves = 1 << max(0, (-(-len(faces) // LEAF) - 1).bit_length())
         vertices = np.ascontiguousarray(vertices_mm, np.float64)
-        return cls(*_planted(vertices, np.ascontiguousarray(faces, np.int32), leaves))
+        return cls(*_built(vertices, np.ascontiguousarray(faces, np.int32), leaves))
 
     def closest(self, points_mm: Points3) -> Closest:
         if not len(points_mm):
             return Closest(np.empty((0, 3)), np.empty(0, np.int64), np.empty(0))
         queries = np.ascontiguousarray(points_mm, np.float64)
-        places, distances = np.empty((len(queries), 3)), np.empty(len(queries))
+        nearest, distances = np.empty((len(queries), 3)), np.empty(len(queries))
         found = np.empty(len(queries), np.int64)
-        turn = np.arange(len(queries))
+        order = np.arange(len(queries))
         if np.isfinite(queries).all():
-            turn = _along_curve(queries)  # neighbours walk the same boxes
+            order = _morton_order(queries)  # neighbours visit the same boxes
         search = partial(
-            _search, self.triangles, self.boxes, queries, places, found, distances, again=False
+            _search, self.triangles, self.boxes, queries, nearest, found, distances, warm=False
         )
-        if len(turn) > _MANY:
-            in_parallel(search, np.array_split(turn, worker_count()))
+        if len(order) > _MANY:
+            in_parallel(search, np.array_split(order, worker_count()))
         else:
-            search(turn)  # a line that is drawn taut asks thousands of times for a few places
-        return Closest(places, self.order[found], distances)
+            search(order)
+        return Closest(nearest, self.order[found], distances)
 
     def relaxed(
         self,
@@ -81,46 +86,49 @@ class TriangleTree:
         weights: tuple[float, float, float],
         rounds: int,
     ) -> Points3:
-        """A closed line on the mesh, whose points go together where their neighbours draw them.
+        """A closed polyline smoothed on the mesh.
+
+        In each round every point moves to the weighted mean of its neighbours, all at once, and
+        from there to the nearest point of the mesh.
 
         Args:
             held: Points that stay.
-            weights: Of a point itself, of each of its neighbours, and of each of theirs.
+            weights: Of a point itself, of each neighbour, and of each second neighbour.
         """
         line = line_mm.astype(np.float64)
         _relax(self.triangles, self.boxes, line, np.flatnonzero(~held), np.array(weights), rounds)
         return line
 
 
-def nearest_shares(
+def nearest_barycentric(
     corners: Float64[np.ndarray, "n 3 3"], points_mm: Points3
 ) -> Float64[np.ndarray, "n 3"]:
-    """For each point and its triangle: weights of the corners at the nearest place."""
-    return _nearest_shares(
+    """Barycentric coordinates of the point of each triangle that is nearest to its query."""
+    return _nearest_barycentric(
         np.ascontiguousarray(corners, np.float64), np.ascontiguousarray(points_mm, np.float64)
     )
 
 
 @njit(cache=True, nogil=True)
-def _nearest_shares(triangles: np.ndarray, queries: np.ndarray):
-    shares, place = np.empty((len(queries), 3)), np.empty(5)
+def _nearest_barycentric(triangles: np.ndarray, queries: np.ndarray):
+    weights, nearest = np.empty((len(queries), 3)), np.empty(5)
     for q in range(len(queries)):
-        _nearest_on_triangle(triangles, q, queries[q, 0], queries[q, 1], queries[q, 2], place)
-        shares[q, 1], shares[q, 2] = place[3], place[4]
-        shares[q, 0] = 1.0 - place[3] - place[4]
-    return shares
+        _nearest_on_triangle(triangles, q, queries[q, 0], queries[q, 1], queries[q, 2], nearest)
+        weights[q, 1], weights[q, 2] = nearest[3], nearest[4]
+        weights[q, 0] = 1.0 - nearest[3] - nearest[4]
+    return weights
 
 
 @njit(cache=True, nogil=True)
-def _planted(vertices: np.ndarray, faces: np.ndarray, leaves: int):
-    """Triangles along the curve by their middles, their numbers, and the boxes over them."""
+def _built(vertices: np.ndarray, faces: np.ndarray, leaves: int):
+    """Triangles in the Morton order of their centroids, their faces, and the boxes over them."""
     count = len(faces)
-    middles = np.empty((count, 3))
+    centroids = np.empty((count, 3))
     for f in range(count):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         for axis in range(3):
-            middles[f, axis] = (vertices[a, axis] + vertices[b, axis] + vertices[c, axis]) / 3
-    order = _along_curve(middles)
+            centroids[f, axis] = (vertices[a, axis] + vertices[b, axis] + vertices[c, axis]) / 3
+    order = _morton_order(centroids)
     triangles = np.empty((count, 3, 3))
     boxes = np.empty((2 * leaves, 6))
     boxes[:, :3], boxes[:, 3:] = np.inf, -np.inf
@@ -142,8 +150,8 @@ def _planted(vertices: np.ndarray, faces: np.ndarray, leaves: int):
 
 
 @njit(cache=True, nogil=True)
-def _along_curve(points: np.ndarray):
-    """Numbers of the points sorted along a Morton curve; those of one cell as they came."""
+def _morton_order(points: np.ndarray):
+    """Indices of the points sorted by Morton code, by a stable radix sort."""
     count = len(points)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for i in range(count):
@@ -158,21 +166,21 @@ def _along_curve(points: np.ndarray):
         code = 0
         for axis in range(3):
             cell = int((points[i, axis] - low[axis]) / extent * _CELLS)
-            for step, kept in _SPREADING:
-                cell = (cell | cell << step) & kept
+            for shift, mask in _SPREADING:
+                cell = (cell | cell << shift) & mask
             code |= cell << axis
         codes[i] = code
-    order, dealt = np.arange(count), np.empty(count, np.int64)
-    for shift in range(0, 3 * _BITS, _BITS):  # the lowest digits first; equal ones keep their order
-        places = np.zeros(_CELLS + 2, np.int64)
+    order, ordered = np.arange(count), np.empty(count, np.int64)
+    for low_bit in range(0, 3 * _BITS, _BITS):
+        starts = np.zeros(_CELLS + 2, np.int64)
         for i in range(count):
-            places[(codes[i] >> shift & _CELLS) + 1] += 1
-        places = np.cumsum(places)
+            starts[(codes[i] >> low_bit & _CELLS) + 1] += 1
+        starts = np.cumsum(starts)
         for i in order:
-            digit = codes[i] >> shift & _CELLS
-            dealt[places[digit]] = i
-            places[digit] += 1
-        order, dealt = dealt, order
+            digit = codes[i] >> low_bit & _CELLS
+            ordered[starts[digit]] = i
+            starts[digit] += 1
+        order, ordered = ordered, order
     return order
 
 
@@ -186,19 +194,19 @@ def _relax(
     rounds: int,
 ):
     count = len(line)
-    drawn, places = np.empty_like(line), np.empty_like(line)
+    targets, nearest = np.empty_like(line), np.empty_like(line)
     found, distances = np.empty(count, np.int64), np.empty(count)
-    known = False
+    warm = False
     for _ in range(rounds):
         for i in free:
             for axis in range(3):
                 near = line[i - 1, axis] + line[(i + 1) % count, axis]
                 far = line[i - 2, axis] + line[(i + 2) % count, axis]
-                drawn[i, axis] = weights[0] * line[i, axis] + weights[1] * near + weights[2] * far
-        _search(triangles, boxes, drawn, places, found, distances, free, known)
-        known = True
+                targets[i, axis] = weights[0] * line[i, axis] + weights[1] * near + weights[2] * far
+        _search(triangles, boxes, targets, nearest, found, distances, free, warm)
+        warm = True
         for i in free:
-            line[i] = places[i]
+            line[i] = nearest[i]
 
 
 @njit(cache=True, nogil=True)
@@ -206,44 +214,48 @@ def _search(
     triangles: np.ndarray,
     boxes: np.ndarray,
     queries: np.ndarray,
-    places: np.ndarray,
+    nearest: np.ndarray,
     found: np.ndarray,
     distances: np.ndarray,
-    turn: np.ndarray,
-    again: bool,
+    order: np.ndarray,
+    warm: bool,
 ):
-    """Fills in places, triangles and distances; `again` where they hold those of queries nearby."""
+    """Fill nearest points, triangles and distances of the queries in `order`.
+
+    A search is bounded by the triangle of the query before it or, if `warm`, by the triangle that
+    `found` holds already.
+    """
     leaves = boxes.shape[0] // 2
-    stack, away2 = np.empty(64, np.int64), np.empty(64)
-    place = np.empty(5)
+    stack, box2 = np.empty(64, np.int64), np.empty(64)
+    point = np.empty(5)
     last = 0
-    for q in turn:
+    for q in order:
         x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
-        # A triangle known before only bounds the search: what is found depends on no order.
-        if again:
+        # The bound lies above the first triangle's own distance: the result depends on no order.
+        if warm:
             last = found[q]
-        known = _nearest_on_triangle(triangles, int(last), x, y, z, place)
-        bound = known * _ROOM + _ROOM_MM2 if known < np.inf else np.inf
+        first2 = _nearest_on_triangle(triangles, int(last), x, y, z, point)
+        bound = first2 * _SLACK + _SLACK_MM2 if first2 < np.inf else np.inf
         best = bound
         found[q] = last
-        places[q, 0], places[q, 1], places[q, 2] = place[0], place[1], place[2]
-        stack[0], away2[0] = 1, 0.0
+        nearest[q, 0], nearest[q, 1], nearest[q, 2] = point[0], point[1], point[2]
+        stack[0], box2[0] = 1, 0.0
         depth = 1
         while depth > 0:
             depth -= 1
             node = stack[depth]
-            if away2[depth] >= best:
+            if box2[depth] >= best:
                 continue
             if node >= leaves:
                 first = (node - leaves) * LEAF
                 for t in range(first, min(first + LEAF, triangles.shape[0])):
-                    if _least_distance2(triangles, t, x, y, z) >= best:
+                    if _triangle_box_distance2(triangles, t, x, y, z) >= best:
                         continue
-                    distance2 = _nearest_on_triangle(triangles, t, x, y, z, place)
+                    distance2 = _nearest_on_triangle(triangles, t, x, y, z, point)
                     if distance2 < best:
                         best = distance2
                         found[q] = t
-                        places[q, 0], places[q, 1], places[q, 2] = place[0], place[1], place[2]
+                        nearest[q, 0], nearest[q, 1], nearest[q, 2] = point[0], point[1], point[2]
                 continue
             near, far = 2 * node, 2 * node + 1
             near2 = _box_distance2(boxes, near, x, y, z)
@@ -251,10 +263,10 @@ def _search(
             if far2 < near2:
                 near, near2, far, far2 = far, far2, near, near2
             stack[depth], stack[depth + 1] = far, near
-            away2[depth], away2[depth + 1] = far2, near2
+            box2[depth], box2[depth + 1] = far2, near2
             depth += 2
         last = found[q]
-        distances[q] = np.sqrt(best if best < bound else known)
+        distances[q] = np.sqrt(best if best < bound else first2)
 
 
 @njit(cache=True, nogil=True)
@@ -266,10 +278,10 @@ def _box_distance2(boxes: np.ndarray, node: int, x: float, y: float, z: float):
 
 
 @njit(cache=True, nogil=True)
-def _least_distance2(triangles: np.ndarray, t: int, x: float, y: float, z: float):
-    """Squared distance to a triangle's box, less what rounding could make of it.
+def _triangle_box_distance2(triangles: np.ndarray, t: int, x: float, y: float, z: float):
+    """Squared distance to a triangle's box, less its rounding.
 
-    It takes a third of the time of the triangle's own, and leaves most triangles at that.
+    It rules out most triangles, in a third of the time of the exact distance.
     """
     a, b, c = triangles[t, 0, 0], triangles[t, 1, 0], triangles[t, 2, 0]
     along_x = max(min(a, b, c) - x, x - max(a, b, c), 0.0)
@@ -278,17 +290,17 @@ def _least_distance2(triangles: np.ndarray, t: int, x: float, y: float, z: float
     a, b, c = triangles[t, 0, 2], triangles[t, 1, 2], triangles[t, 2, 2]
     along_z = max(min(a, b, c) - z, z - max(a, b, c), 0.0)
     distance2 = along_x * along_x + along_y * along_y + along_z * along_z
-    return distance2 / _ROOM - _ROOM_MM2
+    return distance2 / _SLACK - _SLACK_MM2
 
 
 @njit(cache=True, nogil=True)
 def _nearest_on_triangle(
-    triangles: np.ndarray, t: int, x: float, y: float, z: float, place: np.ndarray
+    triangles: np.ndarray, t: int, x: float, y: float, z: float, nearest: np.ndarray
 ):
     """Squared distance to a triangle (Ericson 2005, 5.1.5).
 
-    Fills in the nearest place, and the shares of the second and third corner in it: exactly nothing
-    where the place lies across from one. A triangle without an area has edges all the same.
+    Fills in the nearest point and the barycentric coordinates of the second and third corner,
+    exactly 0 on the edge across from one. Works for triangles without area too.
     """
     ax, ay, az = triangles[t, 0, 0], triangles[t, 0, 1], triangles[t, 0, 2]
     bx, by, bz = triangles[t, 1, 0], triangles[t, 1, 1], triangles[t, 1, 2]
@@ -318,8 +330,8 @@ def _nearest_on_triangle(
         v = 1 - w
     elif va + vb + vc > 0:
         v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-    place[0] = ax + v * ab_x + w * ac_x
-    place[1] = ay + v * ab_y + w * ac_y
-    place[2] = az + v * ab_z + w * ac_z
-    place[3], place[4] = v, w
-    return (place[0] - x) ** 2 + (place[1] - y) ** 2 + (place[2] - z) ** 2
+    nearest[0] = ax + v * ab_x + w * ac_x
+    nearest[1] = ay + v * ab_y + w * ac_y
+    nearest[2] = az + v * ab_z + w * ac_z
+    nearest[3], nearest[4] = v, w
+    return (nearest[0] - x) ** 2 + (nearest[1] - y) ** 2 + (nearest[2] - z) ** 2

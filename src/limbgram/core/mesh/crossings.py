@@ -1,4 +1,4 @@
-"""Crossings: pairs of triangles of one mesh that pass through each other, found by a tree of boxes.
+"""Crossings: self-intersections of a mesh, as pairs of triangles, found by a tree of boxes.
 
 Triangles that share an edge cannot cross unless they lie on each other; such folds show in the
 angle between neighbours and are not looked for here. Touching is not crossing.
@@ -12,11 +12,11 @@ from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import LEAF, TriangleTree
 from limbgram.core.run import in_parallel, worker_count
 
-_MANY, _PARTS = 20_000, 4
-"""Triangles from which they are shared out among the processors, and shares of each: some parts of
-a surface have more near them than others."""
-_SHARED_OUT = 64
-"""Nodes of one level of the tree that are shared out, each with those after it."""
+_MANY, _TASKS = 20_000, 4
+"""Triangles above which they are shared out among the processors, and tasks for each: some parts of
+a surface have more neighbours than others."""
+_TASK_NODES = 64
+"""Nodes of the tree level whose pairs are the tasks."""
 _TOUCH = 1e-9
 """Depth and length below which triangles only touch, as a share of their size."""
 
@@ -24,13 +24,13 @@ _TOUCH = 1e-9
 def find_crossings(
     vertices_mm: Points3, faces: Faces, concerned: Bool[np.ndarray, " f"] | None = None
 ) -> Int64[np.ndarray, "k 2"]:
-    """Pairs of faces that pass through each other, the lower number first, in rising order.
+    """Pairs of faces that pass through each other, the lower index first, in rising order.
 
-    The tree is held against itself: two nodes whose boxes lie apart, or of which no face is
-    concerned, are left at once with all pairs under them.
+    The tree is traversed against itself: two nodes whose boxes are disjoint, or below which no
+    face is concerned, are skipped with all pairs under them.
 
     Args:
-        concerned: Only pairs with one of these faces; None asks for all pairs.
+        concerned: Only pairs with one of these faces; None: all pairs.
     """
     if not len(faces) or (concerned is not None and not concerned.any()):
         return np.empty((0, 2), np.int64)
@@ -38,42 +38,42 @@ def find_crossings(
     corners = np.ascontiguousarray(faces[tree.order])
     asked = np.ones(len(faces), np.bool_) if concerned is None else concerned[tree.order]
     leaves = len(tree.boxes) // 2
-    busy = _with_asked(asked, leaves)
-    own = _own_boxes(tree.triangles)
+    has_asked = _nodes_with_asked(asked, leaves)
+    triangle_boxes = _boxes_of(tree.triangles)
     normals = _unit_normals(tree.triangles)
-    top = min(_SHARED_OUT, leaves)
+    first = min(_TASK_NODES, leaves)
+    surface = tree.triangles, tree.boxes, triangle_boxes, normals, corners, asked, has_asked
 
-    def cross(part: Int64[np.ndarray, " m"]) -> Int64[np.ndarray, "k 2"]:
-        room = np.empty((max(64, 2 * len(part)), 2), np.int64)
-        given = tree.triangles, tree.boxes, own, normals, corners, asked, busy, part, 2 * top
-        count = _cross(*given, room)
-        if count > len(room):
-            room = np.empty((count, 2), np.int64)
-            _cross(*given, room)
-        return room[:count]
+    def crossings_under(nodes: Int64[np.ndarray, " m"]) -> Int64[np.ndarray, "k 2"]:
+        pairs = np.empty((max(64, 2 * len(nodes)), 2), np.int64)
+        count = _cross(*surface, nodes, 2 * first, pairs)
+        if count > len(pairs):
+            pairs = np.empty((count, 2), np.int64)
+            _cross(*surface, nodes, 2 * first, pairs)
+        return pairs[:count]
 
-    turn = np.arange(top, 2 * top)
-    parts = _PARTS * worker_count() if np.count_nonzero(asked) > _MANY else 1
-    found = np.concatenate(in_parallel(cross, np.array_split(turn, min(parts, top))))
+    nodes = np.arange(first, 2 * first)
+    tasks = _TASKS * worker_count() if np.count_nonzero(asked) > _MANY else 1
+    found = np.concatenate(in_parallel(crossings_under, np.array_split(nodes, min(tasks, first))))
     pairs = np.sort(tree.order[found], axis=1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 @njit(cache=True, nogil=True)
-def _with_asked(asked: np.ndarray, leaves: int):
+def _nodes_with_asked(asked: np.ndarray, leaves: int):
     """Which nodes of the tree have a triangle under them that was asked for."""
-    busy = np.zeros(2 * leaves, np.bool_)
+    has_asked = np.zeros(2 * leaves, np.bool_)
     for t in range(len(asked)):
         if asked[t]:
-            busy[leaves + t // LEAF] = True
+            has_asked[leaves + t // LEAF] = True
     for node in range(leaves - 1, 0, -1):
-        busy[node] = busy[2 * node] or busy[2 * node + 1]
-    return busy
+        has_asked[node] = has_asked[2 * node] or has_asked[2 * node + 1]
+    return has_asked
 
 
 @njit(cache=True, nogil=True)
-def _own_boxes(triangles: np.ndarray):
-    """The box of each triangle."""
+def _boxes_of(triangles: np.ndarray):
+    """Bounding box of each triangle."""
     boxes = np.empty((len(triangles), 6))
     for t in range(len(triangles)):
         for axis in range(3):
@@ -84,7 +84,7 @@ def _own_boxes(triangles: np.ndarray):
 
 @njit(cache=True, nogil=True)
 def _unit_normals(triangles: np.ndarray):
-    """The normal of each triangle at length 1."""
+    """Unit normal of each triangle."""
     normals = np.empty((len(triangles), 3))
     for t in range(len(triangles)):
         for axis in range(3):
@@ -105,29 +105,34 @@ def _unit_normals(triangles: np.ndarray):
 def _cross(
     triangles: np.ndarray,
     boxes: np.ndarray,
-    own: np.ndarray,
+    triangle_boxes: np.ndarray,
     normals: np.ndarray,
     corners: np.ndarray,
     asked: np.ndarray,
-    busy: np.ndarray,
-    turn: np.ndarray,
+    has_asked: np.ndarray,
+    nodes: np.ndarray,
     end: int,
     found: np.ndarray,
 ):
-    """Fill in crossing pairs under the nodes whose `turn` it is, each with itself and with those
-    after it up to the `end` of its level, as far as there is room; returns how many there are."""
+    """Fill in crossing pairs under these nodes, each with itself and with the nodes after it.
+
+    Nodes end at `end`, where their level does. Returns the number of pairs, which may exceed the
+    length of `found`.
+    """
     leaves = boxes.shape[0] // 2
     ones, twos = np.empty(256, np.int64), np.empty(256, np.int64)
     work = (np.empty(3), np.empty(3), np.empty(3))
     count = 0
-    for start in turn:
+    for start in nodes:
         for partner in range(start, end):
             ones[0], twos[0] = start, partner
             depth = 1
             while depth > 0:
                 depth -= 1
                 one, two = ones[depth], twos[depth]
-                if not (busy[one] or busy[two]) or (one != two and _apart(boxes, one, boxes, two)):
+                if not (has_asked[one] or has_asked[two]):
+                    continue
+                if one != two and _disjoint(boxes, one, boxes, two):
                     continue
                 if one < leaves:
                     for i in range(2):
@@ -137,19 +142,21 @@ def _cross(
                     continue
                 first, other_first = (one - leaves) * LEAF, (two - leaves) * LEAF
                 for t in range(first, min(first + LEAF, triangles.shape[0])):
-                    if one != two and _apart(own, t, boxes, two):
+                    if one != two and _disjoint(triangle_boxes, t, boxes, two):
                         continue
                     after = t + 1 if one == two else other_first
                     for other in range(after, min(other_first + LEAF, triangles.shape[0])):
-                        if not (asked[t] or asked[other]) or _apart(own, t, own, other):
+                        if not (asked[t] or asked[other]):
                             continue
-                        least = _TOUCH * _size(own, t, other)
-                        if _beside(triangles, normals, t, other, least):
+                        if _disjoint(triangle_boxes, t, triangle_boxes, other):
                             continue
-                        if _beside(triangles, normals, other, t, least):
+                        least = _TOUCH * _size(triangle_boxes, t, other)
+                        if _on_one_side(triangles, normals, t, other, least):
+                            continue
+                        if _on_one_side(triangles, normals, other, t, least):
                             continue
                         a, b = (t, other) if asked[t] else (other, t)
-                        if _pass_through(triangles, normals, corners, a, b, least, work):
+                        if _intersect(triangles, normals, corners, a, b, least, work):
                             if count < found.shape[0]:
                                 found[count, 0], found[count, 1] = a, b
                             count += 1
@@ -157,8 +164,8 @@ def _cross(
 
 
 @njit(cache=True, nogil=True)
-def _apart(ones: np.ndarray, one: int, twos: np.ndarray, two: int):
-    """Whether two boxes have room between them; without branches, which are seldom foreseen."""
+def _disjoint(ones: np.ndarray, one: int, twos: np.ndarray, two: int):
+    """Whether two boxes are disjoint; branch-free, as branches would be mispredicted."""
     x = max(ones[one, 0] - twos[two, 3], twos[two, 0] - ones[one, 3])
     y = max(ones[one, 1] - twos[two, 4], twos[two, 1] - ones[one, 4])
     z = max(ones[one, 2] - twos[two, 5], twos[two, 2] - ones[one, 5])
@@ -166,20 +173,20 @@ def _apart(ones: np.ndarray, one: int, twos: np.ndarray, two: int):
 
 
 @njit(cache=True, nogil=True)
-def _size(own: np.ndarray, one: int, two: int):
+def _size(triangle_boxes: np.ndarray, one: int, two: int):
     """The longest side of the box round two triangles."""
     size = 0.0
     for axis in range(3):
-        high = max(own[one, axis + 3], own[two, axis + 3])
-        size = max(size, high - min(own[one, axis], own[two, axis]))
+        high = max(triangle_boxes[one, axis + 3], triangle_boxes[two, axis + 3])
+        size = max(size, high - min(triangle_boxes[one, axis], triangle_boxes[two, axis]))
     return size
 
 
 @njit(cache=True, nogil=True)
-def _beside(triangles: np.ndarray, normals: np.ndarray, t: int, other: int, least: float):
-    """Whether no two corners of a triangle lie to both sides of another's plane.
+def _on_one_side(triangles: np.ndarray, normals: np.ndarray, t: int, other: int, least: float):
+    """Whether a triangle lies on one side of another's plane, which rules out most neighbours.
 
-    Most neighbours end here. Shared corners are not looked at: they only make it say so less often.
+    Shared corners are not treated apart: rounding then rules out fewer, never wrong ones.
     """
     above = below = False
     for k in range(3):
@@ -192,7 +199,7 @@ def _beside(triangles: np.ndarray, normals: np.ndarray, t: int, other: int, leas
 
 
 @njit(cache=True, nogil=True)
-def _pass_through(
+def _intersect(
     triangles: np.ndarray,
     normals: np.ndarray,
     corners: np.ndarray,
@@ -201,10 +208,10 @@ def _pass_through(
     least: float,
     work: tuple[np.ndarray, ...],
 ):
-    """Whether two triangles share more than they touch in (Moeller 1997); `work` is written on.
+    """Whether two triangles intersect in more than a touch (Moeller 1997); `work` is scratch.
 
-    Each must have corners on both sides of the other's plane, and the pieces of the planes' common
-    line that they cover must overlap. A shared corner counts as lying in both planes.
+    Each must have corners on both sides of the other's plane, and their intervals on the planes'
+    common line must overlap. A shared corner counts as lying in both planes.
     """
     shared = 0
     for i in range(3):
@@ -226,8 +233,8 @@ def _pass_through(
         return False
     for axis in range(3):
         along[axis] /= length
-    low_one, high_one = _covered(triangles[one], triangles[one, 0], along, heights_one)
-    low_two, high_two = _covered(triangles[two], triangles[one, 0], along, heights_two)
+    low_one, high_one = _interval_on_line(triangles[one], triangles[one, 0], along, heights_one)
+    low_two, high_two = _interval_on_line(triangles[two], triangles[one, 0], along, heights_two)
     return min(high_one, high_two) - max(low_one, low_two) > least
 
 
@@ -241,7 +248,7 @@ def _straddles(
     least: float,
     heights: np.ndarray,
 ):
-    """Fill in the heights of corners above the other's plane; whether they lie to both sides."""
+    """Whether corners lie on both sides of the other's plane; fills in their heights above it."""
     above = below = False
     for k in range(3):
         height = 0.0
@@ -259,8 +266,10 @@ def _straddles(
 
 
 @njit(cache=True, nogil=True)
-def _covered(triangle: np.ndarray, origin: np.ndarray, along: np.ndarray, heights: np.ndarray):
-    """The piece of a line in the plane of height 0 that a triangle covers."""
+def _interval_on_line(
+    triangle: np.ndarray, origin: np.ndarray, along: np.ndarray, heights: np.ndarray
+):
+    """Interval of the line through `origin` that a triangle covers where its height is 0."""
     low, high = np.inf, -np.inf
     for k in range(3):
         n = (k + 1) % 3

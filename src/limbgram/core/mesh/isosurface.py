@@ -1,8 +1,8 @@
 """Isosurface: the surface on which values on a grid are zero.
 
-Method  each cube of the grid is six tetrahedra round its diagonal (Freudenthal 1942), and each of
-        these is cut straight: the surface is closed where the values are negative at the grid's
-        border, is a manifold and does not pass through itself.
+Method  marching tetrahedra: each cube of the grid is six tetrahedra round its diagonal
+        (Freudenthal 1942). The surface is a manifold without self-intersections, and closed if the
+        values are negative on the grid's border.
 """
 
 from itertools import permutations
@@ -14,46 +14,47 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
 
 _NEAREST = 0.15
-"""A place on an edge keeps this share of it from either end: nearer ones make slivers. It leaves
-the level by so much of a cell at most."""
+"""A vertex keeps this share of its edge from either end, to avoid slivers; it may so lie off the
+level by this share of a cell."""
 _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 def level_surface(values: Float64[np.ndarray, "x y z"], origin_mm: Vector3, step_mm: float) -> Mesh:
-    """Round the places with values above zero, its faces looking away from them."""
+    """The surface on which the values are zero, its normals away from those above zero."""
     above = (values > 0).ravel()
     corner = np.arange(values.size).reshape(values.shape)
     stride = np.array([values.shape[1] * values.shape[2], values.shape[2], 1])
     firsts = corner[:-1, :-1, :-1].ravel()
-    ways = [np.concatenate([[0], np.cumsum(stride[list(way)])]) for way in permutations(range(3))]
-    cube = np.array([above[firsts + step] for step in np.unique(np.concatenate(ways))])
+    axis_orders = list(permutations(range(3)))  # one tetrahedron for each
+    offsets = [np.concatenate([[0], np.cumsum(stride[list(axes)])]) for axes in axis_orders]
+    cube = np.array([above[firsts + offset] for offset in np.unique(np.concatenate(offsets))])
     firsts = firsts[cube.any(0) & ~cube.all(0)]
     cut: list[Int64[np.ndarray, "k 3 2"]] = []
-    for way, steps in zip(permutations(range(3)), ways, strict=True):
-        corners = firsts[:, None] + steps
+    for axes, of_tetrahedron in zip(axis_orders, offsets, strict=True):
+        corners = firsts[:, None] + of_tetrahedron
         case = above[corners] @ (1 << np.arange(4))
-        even = np.linalg.det(np.eye(3)[list(way)]) > 0
+        even = np.linalg.det(np.eye(3)[list(axes)]) > 0
         for number, faces in enumerate(_CASES):
             chosen = corners[case == number]
-            turned = faces if even else [face[::-1] for face in faces]
-            cut.extend(chosen[:, np.array(face)] for face in turned)
+            outward = faces if even else [face[::-1] for face in faces]
+            cut.extend(chosen[:, np.array(face)] for face in outward)
     ends = np.sort(np.concatenate(cut).reshape(-1, 2), axis=1)
-    keys, numbers = np.unique(ends[:, 0] * values.size + ends[:, 1], return_inverse=True)
+    keys, vertex_idx = np.unique(ends[:, 0] * values.size + ends[:, 1], return_inverse=True)
     low, high = keys // values.size, keys % values.size
-    one, two = values.ravel()[low], values.ravel()[high]
-    share = np.clip(one / (one - two), _NEAREST, 1 - _NEAREST)[:, None]
-    places = (1 - share) * _places(low, values.shape) + share * _places(high, values.shape)
-    faces = numbers.reshape(-1, 3).astype(np.int32)
-    return Mesh(vertices_mm=origin_mm + step_mm * places, faces=faces)
+    at_low, at_high = values.ravel()[low], values.ravel()[high]
+    fraction = np.clip(at_low / (at_low - at_high), _NEAREST, 1 - _NEAREST)[:, None]
+    vertices = (1 - fraction) * _grid_points(low, values.shape)
+    vertices += fraction * _grid_points(high, values.shape)
+    faces = vertex_idx.reshape(-1, 3).astype(np.int32)
+    return Mesh(vertices_mm=origin_mm + step_mm * vertices, faces=faces)
 
 
-def _places(corners: Int64[np.ndarray, " k"], shape: tuple[int, ...]) -> Points3:
+def _grid_points(corners: Int64[np.ndarray, " k"], shape: tuple[int, ...]) -> Points3:
     return np.stack(np.unravel_index(corners, shape), axis=1).astype(np.float64)
 
 
 def _cases() -> list[list[list[tuple[int, int]]]]:
-    """For each choice of the corners of a tetrahedron that are above: the triangles of the cut,
-    their corners named by the edges that they lie on."""
+    """Triangles of the cut by case (bit k: corner k is above); their corners are named by edges."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]], np.float64)
     cases: list[list[list[tuple[int, int]]]] = []
     for number in range(16):

@@ -1,4 +1,4 @@
-"""Cloud and Mesh: the oriented points that a surface is made of, and the surface itself."""
+"""Cloud, the oriented points that a surface is made of, and Mesh, the surface itself."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8, UInt16
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
-from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.vertex_fields import VertexField, of_vertices, vertex_fields
 from limbgram.core.notebook import brief, library
@@ -37,21 +37,21 @@ class Cloud:
 
 
 Relation = Literal["chosen", "other side", "torn off", "apart"]
-"""How a body lies to the one that is meant: the other side of its wall; a piece of it across a
-bare strip; or something else."""
+"""How a body relates to the chosen one: the other side of its wall; a piece of it beyond a bare
+strip; or something else."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A sizeable body of the surface as it was wrapped, before holes were filled."""
+    """A sizeable connected component of the surface, before holes were filled."""
 
     number: int
-    """From 1, by how much the photos look at it."""
+    """From 1, in falling order of `looked_at`."""
     area_mm2: float
     middle_mm: Vector3
-    """Of its box."""
+    """Of its bounding box."""
     size_mm: float
-    """Longest side of its box."""
+    """Longest side of its bounding box."""
     looked_at: float
     """Its share of what the photos look at."""
     relation: Relation
@@ -59,26 +59,26 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Repairs:
-    """What was done to make a mesh whole."""
+    """What was repaired in a mesh."""
 
     islands_dropped: int
-    """Crumbs: loose components too small to be parts, left out."""
+    """Loose components too small to be parts, left out."""
     island_share: float
-    """What this surface lacks of itself though it was measured, as a part of its area: crumbs, and
-    parts that were torn off it."""
+    """Area of the measured surface that was left out, islands and parts torn off, as a share of
+    this mesh's area."""
     holes_filled: int
     filled_share: float
-    """Part of the area that no photo measured."""
+    """Share of the area that no photo measured."""
     brim_mm: float
-    """Length round the open brim; 0 for a closed surface."""
+    """Length of the open brim; 0 for a closed surface."""
     laid_back: int = 0
-    """Vertices that the measurement had folded and that went back among their neighbours."""
+    """Vertices moved to remove folds of the measurement (`core/mesh/folds`)."""
     part: int = 1
     """Number of the part that this is."""
     part_given: bool = False
     """Whether the user named it."""
     others: tuple[Part, ...] = ()
-    """The other sizeable bodies, each with a file of its own."""
+    """The other parts, each with a file of its own."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,23 +117,22 @@ class Mesh:
     shared_sources: tuple[str, ...] = ()
     """What each column of `shared_mm` comes from; a source may have several. Empty: not known."""
     correlation_mm: float | None = None
-    """Distance over which the rest of the error is alike."""
+    """Correlation length of the rest of the error."""
     lost_length: Float32[np.ndarray, "n 2"] | None = field(
         default=None,
         metadata=of_vertices("number", "lost", "lost_sigma", least=(-np.inf, 0.0), detail=True),
     )
-    """How much longer a line along the limb is than along this surface, per length, both at the
-    smoothing length (`core/geometry/smoothed_length`): fine relief that is lost, less what noise
-    adds. Expected over all ways, and one standard deviation of it."""
+    """Relative length that a line on this surface lacks against one on the limb, both smoothed
+    (`core/geometry/smoothed_length`): fine relief lost, less what noise adds. The mean over all
+    directions, and its standard deviation."""
     lost_across: Float32[np.ndarray, "n 3"] | None = field(
         default=None,
         metadata=of_vertices(
             "number", "lost_across_x", "lost_across_y", "lost_across_z", axis=True, detail=True
         ),
     )
-    """A vector across the folds that were lost. Its length is what a line across them lost beyond
-    `lost_length`, per length; a line at an angle t to it lost cos 2t times that beyond it, so that
-    one along the folds lost less. Either sign says the same."""
+    """Anisotropy of `lost_length`: an axis across the lost relief, of either sign. A line at the
+    angle t to it lacks |lost_across| cos 2t more than the mean."""
     repairs: Repairs | None = None
 
     __repr__ = brief
@@ -142,10 +141,10 @@ class Mesh:
         return len(self.vertices_mm)
 
     def with_vertices(self, vertices_mm: Points3) -> "Mesh":
-        """The same surface elsewhere, bent or shifted; what runs along it turns little by that."""
+        """The mesh with other vertex positions; directions along the surface stay as they are."""
         return replace(self, vertices_mm=vertices_mm)
 
-    def moved(self, motion: Rigid | Similarity) -> "Mesh":
+    def moved(self, motion: Rigid) -> "Mesh":
         """The mesh in another frame."""
         rotation = motion.rotation.T.astype(np.float32)
         known = self.of_vertices(lambda one, values: values @ rotation if one.axis else values)
@@ -154,7 +153,7 @@ class Mesh:
     def of_vertices(
         self, change: Callable[[VertexField, np.ndarray], np.ndarray | None]
     ) -> dict[str, Any]:
-        """What is known of each vertex, changed field by field, to be put in by `replace`."""
+        """The per-vertex fields, each changed, as arguments for `replace`."""
         known = {name: (one, getattr(self, name)) for name, one in VERTEX_FIELDS.items()}
         return {
             name: None if values is None else change(one, values)
@@ -162,17 +161,17 @@ class Mesh:
         }
 
     def shown(self) -> dict[str, np.ndarray]:
-        """What is known of each vertex and programs show, by its name there, figures first."""
+        """The per-vertex fields that other programs show, by their names there, numbers first."""
         known = [(one, getattr(self, name)) for name, one in VERTEX_FIELDS.items() if one.shown_as]
         known.sort(key=lambda row: _SHOWN_ORDER.index(row[0].kind))
         return {one.shown_as: values for one, values in known if values is not None}
 
     def face_normals(self) -> Float64[np.ndarray, "f 3"]:
-        """Twice the area along the outward normal."""
+        """Outward normals, twice as long as the face's area."""
         return crosses(self.vertices_mm, self.faces)
 
     def area_mm2(self) -> float:
-        """Of all faces together."""
+        """Area of all faces."""
         return float(lengths(self.face_normals()).sum()) / 2
 
     def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
@@ -205,42 +204,42 @@ class Mesh:
 
     def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
         """A third of the area of the triangles round each vertex."""
-        return _shared_out(lengths(self.face_normals()) / 6, self.faces, len(self))
+        return _summed_at_vertices(lengths(self.face_normals()) / 6, self.faces, len(self))
 
     def chordal_deviations_mm(self) -> Float64[np.ndarray, " n"]:
-        """How far faces lie inside the round surface of their vertices; outside: negative.
+        """How far the faces round each vertex lie inside the smooth surface, on average.
 
-        The mean of a quadratic surface with normals n_i at a face's corners x_i lies off the face
-        by sum (x_i - mean x) . (n_i - mean n) / 8, e^2 / 8 R on a sphere with edges e; here its
-        mean over the area of the faces round each vertex.
+        A quadratic surface with normals n_i at a face's corners x_i lies off the face by
+        sum (x_i - mean x) . (n_i - mean n) / 8 on average: by e^2 / 8 R on a sphere with edges e.
         """
         corners, normals = self.vertices_mm[self.faces], self.vertex_normals()[self.faces]
         of_face = np.einsum("fkd,fkd->f", corners - corners.mean(1, keepdims=True), normals) / 8
         thirds_mm2 = lengths(self.face_normals()) / 6
-        sums = _shared_out(of_face * thirds_mm2, self.faces, len(self))
-        return sums / np.maximum(_shared_out(thirds_mm2, self.faces, len(self)), 1e-12)
+        sums = _summed_at_vertices(of_face * thirds_mm2, self.faces, len(self))
+        areas_mm2 = _summed_at_vertices(thirds_mm2, self.faces, len(self))
+        return sums / np.maximum(areas_mm2, 1e-12)
 
 
 VERTEX_FIELDS = vertex_fields(Mesh)
-"""What is known of each vertex, in the order in which files have it."""
+"""The per-vertex fields, in the order in which files have them."""
 _SHOWN_ORDER = ("number", "mark", "colour")
-"""Programs colour a surface by what comes first."""
+"""Programs colour a surface by the field that comes first."""
 
 
 def unsigned(values: np.ndarray) -> np.ndarray:
-    """Marks as numbers, for files that have no truth values."""
+    """Booleans as uint8, for files that have none."""
     return values.astype(np.uint8) if values.dtype == np.bool_ else values
 
 
 def unit(vectors: Points3) -> Points3:
-    """Each row at length 1; a row of nothing stays nothing."""
+    """Rows normalized to length 1; a zero row stays zero."""
     lengths = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     return vectors / np.maximum(lengths, 1e-30)[:, None]
 
 
 @njit(cache=True, nogil=True)
 def dots(ones: np.ndarray, twos: np.ndarray):
-    """Scalar product of each row with another: (ones * twos).sum(1) to the last bit."""
+    """Row-wise dot product: (ones * twos).sum(1) to the last bit."""
     found = np.empty(len(ones))
     for i in range(len(ones)):
         found[i] = ones[i, 0] * twos[i, 0] + ones[i, 1] * twos[i, 1] + ones[i, 2] * twos[i, 2]
@@ -249,7 +248,7 @@ def dots(ones: np.ndarray, twos: np.ndarray):
 
 @njit(cache=True, nogil=True)
 def lengths(vectors: np.ndarray):
-    """Length of each row: np.linalg.norm(vectors, axis=1) to the last bit."""
+    """Row-wise norm: np.linalg.norm(vectors, axis=1) to the last bit."""
     found = np.empty(len(vectors))
     for i in range(len(vectors)):
         x, y, z = vectors[i, 0], vectors[i, 1], vectors[i, 2]
@@ -258,7 +257,7 @@ def lengths(vectors: np.ndarray):
 
 
 def crosses(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
-    """Cross product of each face's sides: twice its area along its normal."""
+    """Cross product of two sides of each face: its normal, twice as long as its area."""
     return _crosses(
         np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32)
     )
@@ -279,7 +278,7 @@ def _crosses(vertices: np.ndarray, faces: np.ndarray):
 
 
 def longest_sides_mm(vertices: Points3, faces: Faces) -> Float64[np.ndarray, " f"]:
-    """Of each face, without the 27 numbers that its corners and sides would take."""
+    """Longest side of each face."""
     return _longest_sides(
         np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32)
     )
@@ -301,8 +300,8 @@ def _longest_sides(vertices: np.ndarray, faces: np.ndarray):
 
 
 @njit(cache=True, nogil=True)
-def _shared_out(values: np.ndarray, faces: np.ndarray, count: int):
-    """Sum at each vertex of the values of its faces."""
+def _summed_at_vertices(values: np.ndarray, faces: np.ndarray, count: int):
+    """Sum of a face value over the faces of each vertex."""
     total = np.zeros(count)
     for f in range(len(faces)):
         for corner in range(3):
@@ -311,11 +310,11 @@ def _shared_out(values: np.ndarray, faces: np.ndarray, count: int):
 
 
 @njit(cache=True, nogil=True)
-def summed(weighted: np.ndarray, faces: np.ndarray, count: int):
-    """Sum of the faces' vectors at each vertex; first, second and third corners by themselves."""
+def summed(vectors: np.ndarray, faces: np.ndarray, count: int):
+    """Sum of a face vector over the faces of each vertex, first, second and third corners apart."""
     parts = np.zeros((count, 3, 3))
     for f in range(len(faces)):
-        x, y, z = weighted[f, 0], weighted[f, 1], weighted[f, 2]
+        x, y, z = vectors[f, 0], vectors[f, 1], vectors[f, 2]
         for corner in range(3):
             at = faces[f, corner]
             parts[at, corner, 0] += x

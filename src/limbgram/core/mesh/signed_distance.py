@@ -1,9 +1,8 @@
-"""Signed distance: how far places lie from a surface, and on which side of it.
+"""Signed distance of points from a surface.
 
-The side follows from the angle-weighted normal of the face, edge or corner that is nearest
+The sign follows from the angle-weighted pseudonormal of the nearest face, edge or vertex
 (Baerentzen and Aanaes 2005); the normal of one face alone is wrong beyond sharp edges. A face
-without area, as along an edge that has a vertex on one side alone, has no normal: each of its sides
-joins the faces beyond it.
+without area, as at a T-junction, has no normal: each of its sides takes that of the faces beyond.
 """
 
 from dataclasses import dataclass
@@ -13,46 +12,44 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Faces, Points3
-from limbgram.core.mesh.closest_point import TriangleTree, nearest_shares
+from limbgram.core.mesh.closest_point import TriangleTree, nearest_barycentric
 from limbgram.core.mesh.mesh import crosses, dots, unit
 from limbgram.core.mesh.topology import Edges, find_edges
 
 _AT_EDGE = 1e-9
-"""A corner's share under which a place counts as on the edge across, and the height of a face over
-its longest side, in shares of that, under which it has no area."""
+"""A barycentric coordinate below it is zero; so is the area of a face whose height is a smaller
+share of its longest side."""
 _MOST_FLAT = 64
-"""Faces without area, one beside the other, through which is looked."""
+"""Adjacent faces without area through which normals are carried."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Signed:
-    """For each query: its nearest place on the surface, and the side on which it lies."""
+class SignedDistances:
+    """For each query: the nearest point of the surface, and the signed distance."""
 
     points_mm: Points3
-    """The nearest places."""
+    """The nearest points."""
     signed_mm: Float64[np.ndarray, " n"]
-    """Distance of the query, positive outside the surface."""
+    """Positive outside the surface."""
     faces: Int64[np.ndarray, " n"]
     shares: Float64[np.ndarray, "n 3"]
-    """Weights of the face's corners at the nearest place."""
+    """Barycentric coordinates of the nearest point in its face."""
     normals: Points3
-    """Unit and outward, of the face, edge or corner that is nearest: what told the side."""
+    """Outward unit pseudonormals of the nearest face, edge or vertex."""
     at_brim: Bool[np.ndarray, " n"]
-    """True where the nearest place lies on an open edge."""
+    """Whether the nearest point lies on an open edge."""
 
 
 @dataclass(frozen=True)
 class SignedSurface:
-    """Triangles, counter-clockwise seen from outside, made ready to be asked on which side places
-    lie. What an answer needs is made when it is first asked for.
-    """
+    """Triangles, counter-clockwise seen from outside; tree and pseudonormals are made lazily."""
 
     vertices_mm: Points3
     faces: Faces
 
     @cached_property
     def tree(self) -> TriangleTree:
-        """The tree alone, for who asks for nearest places only.
+        """Closest-point tree.
 
         Raises:
             ValueError: there is no face.
@@ -61,30 +58,30 @@ class SignedSurface:
 
     @cached_property
     def flat_normals(self) -> Float64[np.ndarray, "f 3"]:
-        """Unit normals of the faces."""
+        """Unit normals of the faces; zero without area."""
         return unit(crosses(self.vertices_mm, self.faces))
 
-    def signed(self, points_mm: Points3) -> Signed:
-        """Where places lie."""
+    def query(self, points_mm: Points3) -> SignedDistances:
+        """Signed distances of points."""
         closest = self.tree.closest(points_mm)
         faces = self.faces[closest.faces]
-        shares = nearest_shares(self.vertices_mm[faces], points_mm)
-        none = shares < _AT_EDGE
-        on_corner, on_edge = none.sum(1) == 2, none.sum(1) == 1
+        shares = nearest_barycentric(self.vertices_mm[faces], points_mm)
+        zero = shares < _AT_EDGE
+        on_corner, on_edge = zero.sum(1) == 2, zero.sum(1) == 1
         corner = np.take_along_axis(faces, shares.argmax(1)[:, None], 1)[:, 0]
-        across = (none.argmax(1) + 1) % 3  # corner k lies across half-edge k + 1
-        edge = self._edges.of_half_edge[3 * closest.faces + across]
+        opposite = (zero.argmax(1) + 1) % 3  # corner k lies across half-edge k + 1
+        edge = self._edges.of_half_edge[3 * closest.faces + opposite]
         flat = self._flat[closest.faces] & ~on_corner
         edge[flat & ~on_edge] = self._longest_edges[closest.faces[flat & ~on_edge]]
         on_edge |= flat
         normals = self.flat_normals[closest.faces]
         normals[on_edge] = self._edge_normals[edge[on_edge]]
         normals[on_corner] = self._corner_normals[corner[on_corner]]
-        beyond = dots(points_mm - closest.points_mm, normals)
+        along_normal = dots(points_mm - closest.points_mm, normals)
         open_edges = self._edges.uses == 1
-        return Signed(
+        return SignedDistances(
             points_mm=closest.points_mm,
-            signed_mm=np.where(beyond < 0, -1.0, 1.0) * closest.distances_mm,
+            signed_mm=np.where(along_normal < 0, -1.0, 1.0) * closest.distances_mm,
             faces=closest.faces,
             shares=shares,
             normals=normals,
@@ -118,10 +115,10 @@ class SignedSurface:
 
     @cached_property
     def _side_normals(self) -> Float64[np.ndarray, "f 3 3"]:
-        """Each face's normal, from each of its sides.
+        """Each face's normal as its edges take it, by side.
 
-        From the longest side of a face without area it is that of the faces beyond the others; from
-        the others it is that of the face beyond the longest. Such faces may lie beside each other.
+        A face without area has on its longest side the normal of the faces beyond the other two,
+        and on those the normal of the face beyond the longest. Such faces may be adjacent.
         """
         normals = np.repeat(self.flat_normals, 3, axis=0)
         flat = np.flatnonzero(self._flat)
@@ -132,16 +129,17 @@ class SignedSurface:
         beyond = self._across[sides]
         shares = np.where(beyond >= 0, self._sides_mm.ravel()[sides], 0.0)[..., None]
         for _ in range(min(len(flat), _MOST_FLAT)):
-            seen = normals[beyond] * (shares > 0)
-            told = np.stack([unit((shares * seen)[:, 1:].sum(1)), seen[:, 0], seen[:, 0]], axis=1)
-            if np.array_equal(told, normals[sides]):
+            behind = normals[beyond] * (shares > 0)
+            two_sides = unit((shares * behind)[:, 1:].sum(1))
+            after = np.stack([two_sides, behind[:, 0], behind[:, 0]], axis=1)
+            if np.array_equal(after, normals[sides]):
                 break
-            normals[sides] = told
+            normals[sides] = after
         return normals.reshape(-1, 3, 3)
 
     @cached_property
     def _across(self) -> Int64[np.ndarray, " h"]:
-        """The half-edge on the other side of each; -1 where there is none, or are several."""
+        """The opposite half-edge of each; -1 where there is none or several."""
         order, uses = self._edges.half_edges, self._edges.uses
         first = (np.cumsum(uses) - uses)[uses == 2]
         across = np.full(len(order), -1, np.int64)
@@ -156,7 +154,7 @@ class SignedSurface:
 
     @cached_property
     def _corner_normals(self) -> Points3:
-        """Each face's normal, weighted by its angle at the vertex."""
+        """Vertex normals: face normals weighted by the angle at the vertex."""
         corners, count = self.vertices_mm[self.faces], len(self.vertices_mm)
         normals = self.flat_normals.copy()
         flat = np.flatnonzero(self._flat)  # has its angle across from the longest side

@@ -1,4 +1,4 @@
-"""Topology of triangle lists: edges, boundary loops, components, and what breaks a manifold.
+"""Topology of triangle lists: edges, boundary loops, components, non-manifold places.
 
 A half-edge is one side of a face: half-edge 3 f + k runs from corner k of face f to the next.
 """
@@ -15,19 +15,19 @@ from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, crosses
 
-_SMALL_HEAP = 32
-"""Edges from one vertex up to which they are sorted by insertion."""
+_INSERTION_SORTED = 32
+"""Length of the runs that are sorted by insertion, and merged if there are several."""
 
 
 @dataclass(frozen=True)
 class Neighbours:
-    """The vertices next to each vertex in rising order, in the manner of a sparse matrix' rows."""
+    """Vertex adjacency in compressed sparse row form, neighbours in rising order."""
 
     starts: Int32[np.ndarray, " n"]
-    """Where each vertex's neighbours begin, and the end of the last one's."""
+    """Neighbours of vertex v are vertices[starts[v]:starts[v + 1]]."""
     vertices: Int32[np.ndarray, " k"]
     edges: Int64[np.ndarray, " k"]
-    """The edge to each of them."""
+    """The edge to each neighbour."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Edges:
     uses: Int64[np.ndarray, " e"]
     """Number of faces at each edge: 1 on a boundary, 2 inside a manifold."""
     half_edges: Int64[np.ndarray, " h"]
-    """Half-edges, those of the first edge first; those of one edge in rising order."""
+    """Half-edges sorted by edge; those of one edge in rising order."""
 
     def faces(self) -> Int32[np.ndarray, "e 2"]:
         """The two faces at each edge, lower first; -1 where there is none."""
@@ -48,12 +48,12 @@ class Edges:
 
     @cached_property
     def open_half_edges(self) -> Int64[np.ndarray, " b"]:
-        """Numbers of the half-edges without a face on their other side, in rising order."""
+        """Half-edges without a face on their other side, in rising order."""
         return _frozen(np.flatnonzero(self.uses[self.of_half_edge] == 1))
 
     @cached_property
     def neighbours(self) -> Neighbours:
-        """Of each vertex up to the last that has a face."""
+        """Adjacency of the vertices up to the last that has a face."""
         count = int(self.ends.max(initial=-1)) + 1
         starts, vertices, edges = _neighbours(self.ends, count)
         return Neighbours(_frozen(starts), _frozen(vertices), _frozen(edges))
@@ -70,20 +70,19 @@ class Edges:
 
 
 _KEPT: "deque[tuple[Faces, Edges]]" = deque(maxlen=2)
-"""The faces that were asked for last, each with its edges; those of 250,000 faces take 40 MB."""
+"""The face arrays asked for last, with their edges; for 250,000 faces they take 40 MB."""
 _LOCK = Lock()
 
 
 def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
-    """From and to vertex of every half-edge."""
+    """Tail and head vertex of every half-edge."""
     return np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
 
 
 def find_edges(faces: Faces) -> Edges:
-    """The edges of a triangle list; those of the last lists asked for are remembered.
+    """The edges of a triangle list, cached for the lists asked for last.
 
-    Edits move vertices and ask for the same edges many times. What is asked for is held against a
-    copy of what was asked for before: the array itself may have been changed in place.
+    The cache compares contents, since an array may have been changed in place.
     """
     with _LOCK:
         for known in _KEPT:
@@ -107,14 +106,14 @@ def _edges_of(faces: Faces) -> Edges:
 
 
 def _frozen(part: np.ndarray) -> np.ndarray:
-    """The same, which nobody may write on: others are given it too."""
+    """The array, made read-only, as the cache shares it."""
     part.flags.writeable = False
     return part
 
 
 @njit(cache=True, nogil=True)
 def _neighbours(ends: np.ndarray, count: int):
-    """Edges come by their lower end, then by their upper one: so each row fills in rising order."""
+    """Neighbours as in `Neighbours`; rising, because edges are sorted by lower, then upper end."""
     starts = np.zeros(count + 1, np.int32)
     for e in range(len(ends)):
         starts[ends[e, 0] + 1] += 1
@@ -124,11 +123,11 @@ def _neighbours(ends: np.ndarray, count: int):
         starts[vertex + 1] += starts[vertex]
     vertices = np.empty(starts[count], np.int32)
     edges = np.empty(starts[count], np.int64)
-    place = starts[:count].copy()
+    slot = starts[:count].copy()
     for e in range(len(ends)):
         for own, other in ((ends[e, 0], ends[e, 1]), (ends[e, 1], ends[e, 0])):
-            vertices[place[own]], edges[place[own]] = other, e
-            place[own] += 1
+            vertices[slot[own]], edges[slot[own]] = other, e
+            slot[own] += 1
             if own == other:
                 break
     return starts, vertices, edges
@@ -136,39 +135,39 @@ def _neighbours(ends: np.ndarray, count: int):
 
 @dataclass(frozen=True)
 class Pairs:
-    """Pairs of whole numbers in rising order, equal ones under one number."""
+    """Unique pairs of integers, in rising order."""
 
     number: Int64[np.ndarray, " n"]
-    """Of each pair, from 0."""
+    """Index of each given pair among the unique ones."""
     order: Int64[np.ndarray, " n"]
-    """The pairs sorted; equal ones as they came."""
+    """Stable sort order of the given pairs."""
     starts: Int64[np.ndarray, " k"]
-    """Where each number begins in the order, and its end."""
+    """Pairs equal to unique pair k are order[starts[k]:starts[k + 1]]."""
 
 
 def number_pairs(
     one: Int32[np.ndarray, " n"] | Int64[np.ndarray, " n"], two: Int32[np.ndarray, " n"]
 ) -> Pairs:
-    """Number pairs of vertices, or of numbers already given."""
+    """Unique pairs, as np.unique with inverse, but by counting sort."""
     counts = np.bincount(one)
-    places = np.cumsum(counts) - counts
+    starts = np.cumsum(counts) - counts
     first, second = (np.ascontiguousarray(numbers, np.int64) for numbers in (one, two))
-    return Pairs(*_numbered(first, second, places))
+    return Pairs(*_numbered(first, second, starts))
 
 
 @njit(cache=True, nogil=True)
-def _numbered(one: np.ndarray, two: np.ndarray, places: np.ndarray):
-    """Pairs dealt out by their first number, then sorted by the second in each small heap."""
+def _numbered(one: np.ndarray, two: np.ndarray, slots: np.ndarray):
+    """Counting sort by the first integer, then a sort by the second in each bucket."""
     count = len(one)
     order, seconds = np.empty(count, np.int64), np.empty(count, np.int64)
     for i in range(count):
-        place = places[one[i]]
-        order[place], seconds[place] = i, two[i]
-        places[one[i]] = place + 1
+        slot = slots[one[i]]
+        order[slot], seconds[slot] = i, two[i]
+        slots[one[i]] = slot + 1
     number, starts = np.empty(count, np.int64), np.empty(count + 1, np.int64)
     found = begin = 0
-    for end in places:
-        _sort_heap(seconds[begin:end], order[begin:end])
+    for end in slots:  # each slot now ends its bucket
+        _sort_bucket(seconds[begin:end], order[begin:end])
         for at in range(begin, end):
             if at == begin or seconds[at] != seconds[at - 1]:
                 starts[found] = at
@@ -180,27 +179,27 @@ def _numbered(one: np.ndarray, two: np.ndarray, places: np.ndarray):
 
 
 @njit(cache=True, nogil=True)
-def _sort_heap(keys: np.ndarray, order: np.ndarray):
-    """Sort keys with what goes with them; equal ones stay as they came.
+def _sort_bucket(keys: np.ndarray, order: np.ndarray):
+    """Stable sort of keys, and of `order` with them.
 
-    By hand, because numba takes 4 s to compile its argsort and copies by index.
+    By hand: numba takes 4 s to compile its argsort and indexed copies.
     """
     count = len(keys)
-    for begin in range(0, count, _SMALL_HEAP):
-        for i in range(begin + 1, min(begin + _SMALL_HEAP, count)):
+    for begin in range(0, count, _INSERTION_SORTED):
+        for i in range(begin + 1, min(begin + _INSERTION_SORTED, count)):
             key, item, at = keys[i], order[i], i
             while at > begin and keys[at - 1] > key:
                 keys[at], order[at] = keys[at - 1], order[at - 1]
                 at -= 1
             keys[at], order[at] = key, item
-    if count > _SMALL_HEAP:
+    if count > _INSERTION_SORTED:
         _merge_runs(keys, order)
 
 
 @njit(cache=True, nogil=True)
 def _merge_runs(keys: np.ndarray, order: np.ndarray):
-    """Join sorted runs of `_SMALL_HEAP` two by two until one is left."""
-    count, width = len(keys), _SMALL_HEAP
+    """Merge sorted runs of `_INSERTION_SORTED` two by two until one is left."""
+    count, width = len(keys), _INSERTION_SORTED
     old_keys, old_order = np.empty(count, np.int64), np.empty(count, np.int64)
     while width < count:
         for i in range(count):
@@ -224,11 +223,11 @@ def is_edge_manifold(faces: Faces) -> bool:
 
 
 def broken_half_edges(faces: Faces) -> Bool[np.ndarray, " h"]:
-    """Half-edges at edges of more than two faces, or run twice in one direction."""
+    """Half-edges at edges of more than two faces, or of two that disagree on what is outside."""
     edges = find_edges(faces)
     forward = half_edges(faces)[:, 0] == edges.ends[edges.of_half_edge, 0]
-    runs = np.bincount(edges.of_half_edge, forward, len(edges.ends))
-    broken = (edges.uses > 2) | ((edges.uses == 2) & (runs != 1))
+    forward_uses = np.bincount(edges.of_half_edge, forward, len(edges.ends))
+    broken = (edges.uses > 2) | ((edges.uses == 2) & (forward_uses != 1))
     return broken[edges.of_half_edge]
 
 
@@ -247,11 +246,11 @@ def boundary_vertices(faces: Faces, count: int) -> Bool[np.ndarray, " n"]:
 
 
 def dilated(chosen: Bool[np.ndarray, " n"], faces: Faces, rings: int) -> Bool[np.ndarray, " n"]:
-    """The chosen vertices and some rings of neighbours round them."""
-    near = chosen.copy()
+    """The chosen vertices and this many rings of neighbours round them."""
+    grown = chosen.copy()
     for _ in range(rings):
-        near[faces[with_any(near, faces)]] = True
-    return near
+        grown[faces[faces_touching(grown, faces)]] = True
+    return grown
 
 
 def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
@@ -261,29 +260,29 @@ def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
     every boundary vertex.
     """
     border = boundary_half_edges(faces)
-    following = dict(zip(border[:, 0].tolist(), border[:, 1].tolist(), strict=True))
+    next_vertex = dict(zip(border[:, 0].tolist(), border[:, 1].tolist(), strict=True))
     loops: list[Int32[np.ndarray, " l"]] = []
-    while following:
-        start, vertex = following.popitem()
+    while next_vertex:
+        start, vertex = next_vertex.popitem()
         loop = [start]
         while vertex != start:
             loop.append(vertex)
-            vertex = following.pop(vertex)
+            vertex = next_vertex.pop(vertex)
         loops.append(np.array(loop, np.int32))
     return sorted(loops, key=lambda loop: (-len(loop), int(loop.min())))
 
 
 def face_components(faces: Faces) -> Int32[np.ndarray, " f"]:
-    """Label of each face's component; faces belong together across shared edges."""
+    """Label of each face's edge-connected component."""
     sides = find_edges(faces).faces()
     return components(sides[sides[:, 1] >= 0].astype(np.int64), len(faces))
 
 
 def largest_piece(mesh: Mesh) -> tuple[Mesh, int]:
-    """The piece of surface with the largest area, and how many others there are."""
-    piece = face_components(mesh.faces)
-    areas = np.bincount(piece, np.linalg.norm(mesh.face_normals(), axis=1))
-    return with_faces(mesh, mesh.faces[piece == np.argmax(areas)]), len(areas) - 1
+    """The connected component of the largest area, and how many others there are."""
+    component = face_components(mesh.faces)
+    areas = np.bincount(component, np.linalg.norm(mesh.face_normals(), axis=1))
+    return with_faces(mesh, mesh.faces[component == np.argmax(areas)]), len(areas) - 1
 
 
 def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
@@ -308,37 +307,37 @@ def is_vertex_manifold(faces: Faces) -> bool:
     return bool(corner_fans(faces).max(initial=-1) + 1 == np.count_nonzero(_used(faces)))
 
 
-def sheets_apart(mesh: Mesh) -> Mesh:
-    """Double the vertices at which several sheets meet."""
+def split_nonmanifold_vertices(mesh: Mesh) -> Mesh:
+    """The mesh with each vertex at which several fans meet doubled, one for each fan."""
     if is_vertex_manifold(mesh.faces):
         return mesh
     fans = corner_fans(mesh.faces)
     first = np.unique(fans, return_index=True)[1]
     vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
-    return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)
+    return replace(select_vertices(mesh, vertex_of_fan), faces=fans)
 
 
 def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
     """The mesh with other faces on its vertices; vertices without a face are dropped."""
     used = _used(faces)
     compact = np.cumsum(used, dtype=np.int32) - np.int32(1)
-    return replace(taking_vertices(mesh, np.flatnonzero(used)), faces=compact[faces])
+    return replace(select_vertices(mesh, np.flatnonzero(used)), faces=compact[faces])
 
 
-def taking_vertices(mesh: Mesh, idx: Integer[np.ndarray, " k"]) -> Mesh:
-    """Vertices idx with all that is known about them; the faces are left as they are."""
+def select_vertices(mesh: Mesh, idx: Integer[np.ndarray, " k"]) -> Mesh:
+    """The mesh with the vertices `idx` and their attributes; faces are not renumbered."""
     known = mesh.of_vertices(lambda _, values: values[idx])
     return replace(mesh, vertices_mm=mesh.vertices_mm[idx], **known)
 
 
 def unmeasured_at(mesh: Mesh, chosen: Bool[np.ndarray, " n"]) -> Mesh:
-    """The mesh with these vertices marked as ones that no photo measured."""
+    """The mesh with these vertices marked as unmeasured."""
     known = mesh.of_vertices(lambda one, values: one.at_unmeasured(values, chosen))
     return replace(mesh, **known | {"filled": chosen if mesh.filled is None else known["filled"]})
 
 
 def touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
-    """Whether a loop of vertices comes through one place twice."""
+    """Whether a loop of vertices passes through one point twice."""
     return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
 
 
@@ -347,24 +346,24 @@ def volume_mm3(mesh: Mesh) -> float:
     faces = mesh.faces
     border = boundary_half_edges(faces)
     centre = mesh.vertices_mm[border[:, 0]].mean(0) if len(border) else mesh.vertices_mm.mean(0)
-    around = mesh.vertices_mm - centre
-    whole = float(np.einsum("ij,ij->", _first_corners(around, faces), crosses(around, faces))) / 6
-    return whole + _cones_mm3(around, border) if len(border) else whole
+    centred = mesh.vertices_mm - centre
+    whole = float(np.einsum("ij,ij->", _first_corners(centred, faces), crosses(centred, faces))) / 6
+    return whole + _cones_mm3(centred, border) if len(border) else whole
 
 
 @dataclass(frozen=True, kw_only=True)
 class Enclosed:
-    """What a surface holds, and whether it holds it."""
+    """Enclosed volume, and whether the surface is watertight."""
 
     watertight: bool
-    """Every edge has two faces that agree on what is outside: a solid."""
+    """See `is_watertight`."""
     open_edges: int
     volume_mm3: float
-    """Each opening counts as closed by a cone from its own vertices' mean."""
+    """See `volume_mm3`."""
 
 
 def enclosed_by(mesh: Mesh) -> Enclosed:
-    """What a surface encloses."""
+    """Enclosed volume of a surface, and whether it is watertight."""
     return Enclosed(
         watertight=is_watertight(mesh.faces),
         open_edges=len(boundary_half_edges(mesh.faces)),
@@ -373,18 +372,18 @@ def enclosed_by(mesh: Mesh) -> Enclosed:
 
 
 def is_watertight(faces: Faces) -> bool:
-    """Every edge has two faces that agree on what is outside; no faces at all enclose nothing."""
+    """Whether there are faces, and every edge has two that agree on what is outside."""
     return bool(len(faces)) and not len(boundary_half_edges(faces)) and is_edge_manifold(faces)
 
 
-def faces_inwards(mesh: Mesh) -> bool:
-    """Whether it is the inside of a thing, such as of a socket: its normals look into a hollow."""
+def is_inside_out(mesh: Mesh) -> bool:
+    """Whether normals point into the enclosed volume, as on the inner surface of a socket."""
     return volume_mm3(mesh) < 0
 
 
 @njit(cache=True, nogil=True)
 def _first_corners(vertices: np.ndarray, faces: np.ndarray):
-    """Where each face's first corner lies."""
+    """Positions of each face's first corner."""
     found = np.empty((len(faces), 3))
     for f in range(len(faces)):
         for axis in range(3):
@@ -394,7 +393,7 @@ def _first_corners(vertices: np.ndarray, faces: np.ndarray):
 
 @njit(cache=True, nogil=True)
 def edge_lengths(vertices: np.ndarray, ends: np.ndarray):
-    """Length of each edge, as np.linalg.norm gives it to the last bit."""
+    """Length of each edge: np.linalg.norm to the last bit."""
     found = np.empty(len(ends))
     for e in range(len(ends)):
         one, two = ends[e, 0], ends[e, 1]
@@ -405,21 +404,21 @@ def edge_lengths(vertices: np.ndarray, ends: np.ndarray):
     return found
 
 
-def _cones_mm3(around: Points3, border: Int32[np.ndarray, "b 2"]) -> float:
-    """Volumes under the cones that close several openings; of one, whose mean is the origin, 0."""
+def _cones_mm3(centred: Points3, border: Int32[np.ndarray, "b 2"]) -> float:
+    """Volume under the cones that close the openings; 0 for one, whose apex is the origin."""
     used, ends = np.unique(border, return_inverse=True)
     ends = ends.reshape(-1, 2)
     loop = components(ends.astype(np.int64), len(used))
     if not loop.max():
         return 0.0
     counts = np.bincount(loop)
-    apexes = np.column_stack([np.bincount(loop, axis) / counts for axis in around[used].T])
-    start, stop = around[border[:, 0]], around[border[:, 1]]
+    apexes = np.column_stack([np.bincount(loop, axis) / counts for axis in centred[used].T])
+    start, stop = centred[border[:, 0]], centred[border[:, 1]]
     return float(np.einsum("ij,ij->", stop, np.cross(start, apexes[loop[ends[:, 0]]]))) / 6
 
 
 def _used(faces: Faces) -> Bool[np.ndarray, " n"]:
-    """Whether a vertex has a face; up to the last that has."""
+    """Whether each vertex, up to the last that has a face, has one."""
     return np.bincount(faces.ravel()) > 0
 
 
@@ -428,8 +427,8 @@ def _next_corner(corner: Int64[np.ndarray, " h"]) -> Int64[np.ndarray, " h"]:
 
 
 @njit(cache=True, nogil=True)
-def with_any(marked: np.ndarray, faces: np.ndarray):
-    """Which faces have a marked corner."""
+def faces_touching(marked: np.ndarray, faces: np.ndarray):
+    """Mask of the faces with a marked vertex."""
     found = np.empty(len(faces), np.bool_)
     for f in range(len(faces)):
         found[f] = marked[faces[f, 0]] or marked[faces[f, 1]] or marked[faces[f, 2]]
@@ -438,7 +437,7 @@ def with_any(marked: np.ndarray, faces: np.ndarray):
 
 @njit(cache=True, nogil=True)
 def components(links: np.ndarray, count: int):
-    """Components of a graph by union and find, numbered in the order of their first nodes."""
+    """Connected components of a graph by union-find, numbered in the order of their first nodes."""
     root = np.arange(count)
     for k in range(len(links)):
         one, two = links[k, 0], links[k, 1]
@@ -469,8 +468,8 @@ def corners_by_vertex(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]
 
 
 @njit(cache=True, nogil=True)
-def _sort_corners(vertex_of: np.ndarray, place: np.ndarray, corners: np.ndarray):
-    """Corners in the order of their vertices, each vertex's in their own."""
+def _sort_corners(vertex_of: np.ndarray, slots: np.ndarray, corners: np.ndarray):
+    """Stable counting sort of the corners by vertex."""
     for corner in range(vertex_of.shape[0]):
-        corners[place[vertex_of[corner]]] = corner
-        place[vertex_of[corner]] += 1
+        corners[slots[vertex_of[corner]]] = corner
+        slots[vertex_of[corner]] += 1

@@ -1,8 +1,7 @@
-"""Tree cache: an edit asks the same surface for nearest places again and again.
+"""Tree cache: search trees of the meshes used last, and answers computed from a mesh.
 
-A mesh is never changed once it is made, so its tree stays right as long as it lives, and so do the
-normals that tell a side. Those of the few meshes that were asked last are kept, and none longer
-than its mesh. So are answers to what is asked of a mesh often, word for word.
+A mesh is immutable, so its tree and its normals hold as long as it lives. The cache is keyed by
+object identity, holds the few meshes used last, and keeps none of them alive.
 """
 
 from collections.abc import Callable, Hashable
@@ -15,20 +14,20 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.signed_distance import SignedSurface
 
 MOST_KEPT = 4
-"""Meshes; of one of 250,000 triangles the tree takes 30 MB, and what tells the side as much."""
+"""Meshes; for 250,000 triangles the tree takes 30 MB, and the signs of distances as much."""
 
 Made = TypeVar("Made")
 
 
 class ByMesh(Generic[Made]):
-    """What was made of a mesh, made once."""
+    """Memoizes a function of a mesh for the meshes used last."""
 
     def __init__(self, make: Callable[[Mesh], Made]) -> None:
         self._make = make
         self._kept: dict[int, tuple[ref[Mesh], Made]] = {}
-        """By the number of the object, the last asked last."""
+        """By id, the most recently used last."""
         self._lock = RLock()
-        """A mesh may end while its thread holds it."""
+        """Reentrant: a mesh may be freed, and forgotten, while its thread holds the lock."""
 
     def __call__(self, mesh: Mesh) -> Made:
         number = id(mesh)
@@ -47,13 +46,13 @@ class ByMesh(Generic[Made]):
 
 
 class AnswersByMesh(Generic[Made]):
-    """What was found out about a mesh, by what was asked; found again once it was long not asked.
+    """Memoizes answers about a mesh by a key, the most recently used ones.
 
-    An answer must not hold the mesh, which would live as long as its answers.
+    An answer must not refer to its mesh, which it would keep alive.
     """
 
     def __init__(self, most: int) -> None:
-        """most: answers that are kept of each mesh."""
+        """most: answers kept for each mesh."""
         self._most = most
         self._of: ByMesh[dict[Hashable, Made]] = ByMesh(lambda _: {})
         self._lock = RLock()
@@ -72,7 +71,7 @@ class AnswersByMesh(Generic[Made]):
 
 
 signed_on = ByMesh(lambda mesh: SignedSurface(mesh.vertices_mm, mesh.faces))
-"""A mesh, ready to be asked on which side places lie."""
+"""The signed distance field of a mesh."""
 
 
 def tree_on(mesh: Mesh) -> TriangleTree:

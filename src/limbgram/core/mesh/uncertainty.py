@@ -1,10 +1,10 @@
-"""Uncertainty: the sigma of a figure taken from a surface, from the sigmas of its vertices.
+"""Uncertainty: propagates the errors of vertices to a measure of the surface.
 
-A figure changes by g_i for a millimetre of vertex i along its outward normal. Three kinds of
-error: shared by all vertices (scale, cameras), which add up with their signs and never average
-out; local ones, alike by exp(-(d / reach)^2) at two vertices d apart; and those of filled
-patches, each of which is wrong as one piece. How far a surface reaches is no such figure: where its
-foremost vertex errs, or a patch beside it bulges, another one is foremost.
+A measure has the gradient g_i with respect to vertex i along its outward normal. Three kinds of
+error: shared by all vertices (scale, cameras), fully correlated; local ones, whose correlation at
+a distance d is exp(-(d / correlation length)^2); and those of filled patches, each fully
+correlated. The extent of a surface is no smooth measure: if its extreme vertex errs, or a patch
+beside it bulges, another vertex is extreme (`extra_extremum_variance_mm2`).
 """
 
 import math
@@ -23,25 +23,25 @@ from limbgram.core.mesh.topology import find_edges
 from limbgram.core.mesh.tree_cache import ByMesh
 
 _MOST_EXACT = 4000
-"""Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
-_REACHES = 2.5
-"""Pairs further apart than this many reaches are independent: they correlate by exp(-6.25)."""
-_NEAR_MM = 10.0
-"""As far from the rim of a filled patch it matters how the measured surface bends."""
+"""Vertices up to which every pair is summed; beyond, the correlated area is used instead."""
+_CUTOFF = 2.5
+"""Correlation lengths beyond which vertices count as independent: exp(-6.25)."""
+_RIM_MM = 10.0
+"""Distance from the rim of a filled patch within which the surface's curvature is measured."""
 _EDGES = 100
-"""So many edges within that tell it; of a fine mesh not all are asked."""
+"""Edges within that distance that suffice; of a fine mesh only a sample is used."""
 _DRAWS, _SEED = 4000, 33
 _MOST_SIGMAS = 4.0
-"""No draw goes further."""
-_SLOTS = np.linspace(-_MOST_SIGMAS, _MOST_SIGMAS, 161)
-"""Where the reach of a piece is asked, in its sigmas: between them it is nearly straight."""
-_REACH_95 = float(ndtri(0.975))
+"""Largest draw."""
+_NODES = np.linspace(-_MOST_SIGMAS, _MOST_SIGMAS, 161)
+"""Draws, in sigmas, for which a piece's extent is computed; it is interpolated between them."""
+_SIGMAS_95 = float(ndtri(0.975))
 
 
 def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
-    """Standard deviation of a figure; None where the mesh carries no sigmas.
+    """Standard deviation of a measure; None if the mesh carries no sigmas.
 
-    gradient: change of the figure for one millimetre of each vertex along its outward normal.
+    gradient: change of the measure per millimetre of each vertex along its outward normal.
     """
     if mesh.sigma_mm is None:
         return None
@@ -51,38 +51,37 @@ def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
         variance += float(np.sum((gradient @ mesh.shared_mm.astype(np.float64)) ** 2))
     if np.any(gradient[~known]):
         fills = _fills(mesh)
-        pulls = (gradient * fills.sigma_mm)[~known]
-        variance += float(np.sum(np.bincount(fills.patch, pulls) ** 2))  # each as one piece
+        contributions = (gradient * fills.sigma_mm)[~known]
+        variance += float(np.sum(np.bincount(fills.patch, contributions) ** 2))
     return math.sqrt(variance)
 
 
 def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """One standard deviation of each filled vertex along its normal; 0 elsewhere.
+    """Standard deviation of each filled vertex along its normal; 0 elsewhere.
 
-    A patch goes on with the bend of its rim. The true surface may bend more or less, by about as
-    much as the measured surface bends near by, as at toes, no more than a half ball over the patch
-    (k = 1 / h), and no less than the whole surface does
-    (k = 1 / mean distance of its tangent planes from its middle): at a distance d from the rim of a
-    patch of half width h it is k (h d - d^2 / 2) away.
+    At a distance d from the rim of a patch of half width h, the true surface may lie off by
+    k (h d - d^2 / 2), where k is the sigma of its curvature: the curvature of the measured surface
+    near the rim, at most that of a hemisphere over the patch (1 / h), at least that of the whole
+    surface (1 / mean distance of its tangent planes from its centroid).
     """
     return _fills_among(mesh, filled).sigma_mm
 
 
-def beyond_foremost_mm2(
+def extra_extremum_variance_mm2(
     mesh: Mesh,
-    reach_mm: Float64[np.ndarray, " k"],
+    extent_mm: Float64[np.ndarray, " k"],
     vertices: Integer[np.ndarray, "k c"],
     weights: Float64[np.ndarray, "k c"],
 ) -> float:
-    """Variance of how far places of a surface reach, beyond what the foremost has by itself.
+    """Variance of the largest of several extents, less that of the largest one by itself.
 
-    The surface errs in pieces, each as one: filled patches, and measured neighbourhoods as wide as
-    errors are alike. Each draw moves all pieces and asks which place is foremost then. As a patch
-    that lies behind can come forward but not hold others back, the draws lie on one side. The
-    variance is that of a normal error, 95 % of which lie as near to the surface's own reach as of
-    the draws; below nothing where others keep the reach from falling as the foremost place may.
+    By Monte Carlo: the surface errs in fully correlated pieces, filled patches and measured
+    neighbourhoods one correlation length wide; each draw moves all of them and takes the maximum.
+    As a piece can come forward but not hold others back, draws are one-sided: the variance is that
+    of the normal distribution with the same 95 % range about the undisturbed maximum. It is
+    negative if other points keep the maximum from falling as far as its own point may.
 
-    vertices: between which each place lies; weights: change of its reach for a millimetre of each.
+    vertices: between which each point lies; weights: change of its extent per millimetre of each.
     """
     if mesh.sigma_mm is None:
         return 0.0
@@ -90,32 +89,32 @@ def beyond_foremost_mm2(
     spread = np.sqrt(_local_square(mesh, np.arange(len(mesh))))
     if filled.any():
         spread[filled] = _fills(mesh).sigma_mm[filled]
-    slopes = (weights * spread[vertices]).sum(1)
-    most = np.abs(slopes) * _MOST_SIGMAS
-    foremost = int(reach_mm.argmax())
-    near = np.flatnonzero(reach_mm + most >= (reach_mm - most).max())
-    near = near[np.argsort(-reach_mm[near], kind="stable")]
+    sigma = (weights * spread[vertices]).sum(1)
+    most = np.abs(sigma) * _MOST_SIGMAS
+    extreme = int(extent_mm.argmax())
+    candidates = np.flatnonzero(extent_mm + most >= (extent_mm - most).max())
+    candidates = candidates[np.argsort(-extent_mm[candidates], kind="stable")]
     draws = np.full(_DRAWS, -np.inf)
     random = np.random.default_rng(_SEED)
-    shares = ndtri((np.arange(_DRAWS) + 0.5) / _DRAWS)
-    for piece in _pieces(mesh, vertices[near], filled):
-        places = near[piece]
-        by_slot = (reach_mm[places, None] + slopes[places, None] * _SLOTS).max(0)
-        np.maximum(draws, np.interp(random.permutation(shares), _SLOTS, by_slot), out=draws)
-    off = np.quantile(np.abs(draws - reach_mm[foremost]), 0.95) / _REACH_95
-    return float(off) ** 2 - float(slopes[foremost]) ** 2
+    normal = ndtri((np.arange(_DRAWS) + 0.5) / _DRAWS)
+    for piece in _pieces(mesh, vertices[candidates], filled):
+        points = candidates[piece]
+        at_nodes = (extent_mm[points, None] + sigma[points, None] * _NODES).max(0)
+        np.maximum(draws, np.interp(random.permutation(normal), _NODES, at_nodes), out=draws)
+    off = np.quantile(np.abs(draws - extent_mm[extreme]), 0.95) / _SIGMAS_95
+    return float(off) ** 2 - float(sigma[extreme]) ** 2
 
 
 def _pieces(
     mesh: Mesh, vertices: Integer[np.ndarray, "k c"], filled: Bool[np.ndarray, " n"]
 ) -> list[Int64[np.ndarray, " p"]]:
-    """Places that err as one: of one patch, and measured ones round the first that none has yet."""
+    """Points that err as one: those of a patch, and measured ones round the first not yet taken."""
     patch = np.full(len(mesh), -1)
     if filled.any():
         patch[filled] = _fills(mesh).patch
-    of_place = patch[vertices].max(1)
-    found = [np.flatnonzero(of_place == one) for one in np.unique(of_place) if one >= 0]
-    left = of_place < 0
+    of_point = patch[vertices].max(1)
+    found = [np.flatnonzero(of_point == one) for one in np.unique(of_point) if one >= 0]
+    left = of_point < 0
     points = mesh.vertices_mm[vertices[:, 0]]
     while left.any():
         at = points[int(left.argmax())]
@@ -126,27 +125,28 @@ def _pieces(
 
 
 def _local_variance(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float:
-    """Of what neighbours have in common and no more."""
+    """Variance from local errors, which correlate over `correlation_mm`."""
     touched = np.flatnonzero(gradient)
     if not len(touched) or mesh.sigma_mm is None:
         return 0.0
-    pulls = gradient[touched] * np.sqrt(_local_square(mesh, touched))
-    reach = mesh.correlation_mm or 0.0
-    if reach == 0.0:
-        return float(pulls @ pulls)
+    contributions = gradient[touched] * np.sqrt(_local_square(mesh, touched))
+    length_mm = mesh.correlation_mm or 0.0
+    if length_mm == 0.0:
+        return float(contributions @ contributions)
     if len(touched) > _MOST_EXACT:
-        alike = math.pi * reach**2 / np.maximum(mesh.vertex_areas_mm2()[touched], 1e-12)
-        return float(pulls**2 @ np.maximum(alike, 1.0))
+        correlated = math.pi * length_mm**2 / np.maximum(mesh.vertex_areas_mm2()[touched], 1e-12)
+        return float(contributions**2 @ np.maximum(correlated, 1.0))
     tree = KDTree(mesh.vertices_mm[touched])
-    pairs: Int64[np.ndarray, "p 2"] = tree.query_pairs(_REACHES * reach, output_type="ndarray")
-    apart = mesh.vertices_mm[touched][pairs[:, 0]] - mesh.vertices_mm[touched][pairs[:, 1]]
-    alike = np.exp(-np.einsum("ij,ij->i", apart, apart) / reach**2)
-    both = 2 * float(np.sum(alike * pulls[pairs[:, 0]] * pulls[pairs[:, 1]]))
-    return max(float(pulls @ pulls) + both, 0.0)
+    pairs: Int64[np.ndarray, "p 2"] = tree.query_pairs(_CUTOFF * length_mm, output_type="ndarray")
+    one, two = pairs.T
+    apart = mesh.vertices_mm[touched][one] - mesh.vertices_mm[touched][two]
+    correlation = np.exp(-np.einsum("ij,ij->i", apart, apart) / length_mm**2)
+    covariances = 2 * float(np.sum(correlation * contributions[one] * contributions[two]))
+    return max(float(contributions @ contributions) + covariances, 0.0)
 
 
 def _local_square(mesh: Mesh, touched: Int64[np.ndarray, " k"]) -> Float64[np.ndarray, " k"]:
-    """Variance of vertices less what they share with all."""
+    """Variance of vertices less the shared errors."""
     if mesh.sigma_mm is None:
         return np.zeros(len(touched))
     square = mesh.sigma_mm[touched].astype(np.float64) ** 2
@@ -159,39 +159,39 @@ class _Fills(NamedTuple):
     sigma_mm: Float64[np.ndarray, " n"]
     """Of each filled vertex; 0 elsewhere."""
     patch: Int64[np.ndarray, " k"]
-    """Of each filled vertex."""
+    """Patch of each filled vertex."""
 
 
 def _fills_among(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> _Fills:
     sigma = np.zeros(len(mesh))
     if not filled.any():
         return _Fills(sigma, np.zeros(0, np.int64))
-    patch, of_vertex = _patches(mesh, filled)
+    count, patch = _patches(mesh, filled)
     if filled.all():
-        return _Fills(sigma, of_vertex)
+        return _Fills(sigma, patch)
     distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
-    half = np.zeros(patch)
-    np.maximum.at(half, of_vertex, distance)
+    half_width = np.zeros(count)
+    np.maximum.at(half_width, patch, distance)
     normals = mesh.vertex_normals()
-    near = _bend_near(mesh, normals, filled, np.flatnonzero(~filled)[nearest])
-    most = 1 / np.maximum(half, 1e-12)[of_vertex]
-    bend = np.maximum(np.minimum(near, most), _bend(mesh, normals))
-    bulge = (half[of_vertex] * distance - distance**2 / 2) * bend
-    rim = np.zeros(len(distance))
+    near_rim = _curvature_near(mesh, normals, filled, np.flatnonzero(~filled)[nearest])
+    hemisphere = 1 / np.maximum(half_width, 1e-12)[patch]
+    curvature = np.maximum(np.minimum(near_rim, hemisphere), _mean_curvature(mesh, normals))
+    bulge = (half_width[patch] * distance - distance**2 / 2) * curvature
+    rim_sigma = np.zeros(len(distance))
     if mesh.sigma_mm is not None:
-        rim = mesh.sigma_mm[~filled][nearest].astype(np.float64)
-    sigma[filled] = np.hypot(bulge, rim)
-    return _Fills(sigma, of_vertex)
+        rim_sigma = mesh.sigma_mm[~filled][nearest].astype(np.float64)
+    sigma[filled] = np.hypot(bulge, rim_sigma)
+    return _Fills(sigma, patch)
 
 
 def _fills_of(mesh: Mesh) -> _Fills:
-    """Of a mesh that carries sigmas: those without one are filled."""
+    """The fills of a mesh with sigmas: the vertices without one."""
     assert mesh.sigma_mm is not None
     return _fills_among(mesh, ~np.isfinite(mesh.sigma_mm))
 
 
 _fills = ByMesh(_fills_of)
-"""Every figure that crosses a fill asks for them."""
+"""Kept, as every measure that crosses a fill needs them."""
 
 
 def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.ndarray, " k"]]:
@@ -208,15 +208,15 @@ def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.
     return int(count), of_vertex.astype(np.int64)
 
 
-def _bend(mesh: Mesh, normals: Points3) -> float:
-    """Typical curvature of the surface, 1/mm."""
+def _mean_curvature(mesh: Mesh, normals: Points3) -> float:
+    """Typical curvature of the whole surface, 1/mm: of a sphere, 1 / radius."""
     areas = mesh.vertex_areas_mm2()
-    middle = areas @ mesh.vertices_mm / areas.sum()
-    distance = np.einsum("ij,ij->i", mesh.vertices_mm - middle, normals)
+    centroid = areas @ mesh.vertices_mm / areas.sum()
+    distance = np.einsum("ij,ij->i", mesh.vertices_mm - centroid, normals)
     return float(areas.sum() / max(float(areas @ np.abs(distance)), 1e-12))
 
 
-def _bend_near(
+def _curvature_near(
     mesh: Mesh,
     normals: Points3,
     filled: Bool[np.ndarray, " n"],
@@ -225,15 +225,15 @@ def _bend_near(
     """RMS of the curvatures along the measured edges round each of these vertices, 1/mm."""
     ends = find_edges(mesh.faces).ends
     ends = ends[~filled[ends].any(axis=1)]
-    near_by = np.pi * _NEAR_MM**2 * len(ends) / max(mesh.area_mm2(), 1e-12)
-    ends = ends[:: max(1, int(near_by / _EDGES))]
-    way = mesh.vertices_mm[ends[:, 1]] - mesh.vertices_mm[ends[:, 0]]
-    turned = ((normals[ends[:, 1]] - normals[ends[:, 0]]) * way).sum(axis=1)
-    square = (turned / np.maximum((way**2).sum(axis=1), 1e-12)) ** 2
+    expected = np.pi * _RIM_MM**2 * len(ends) / max(mesh.area_mm2(), 1e-12)
+    ends = ends[:: max(1, int(expected / _EDGES))]
+    edge = mesh.vertices_mm[ends[:, 1]] - mesh.vertices_mm[ends[:, 0]]
+    normal_change = ((normals[ends[:, 1]] - normals[ends[:, 0]]) * edge).sum(axis=1)
+    square = (normal_change / np.maximum((edge**2).sum(axis=1), 1e-12)) ** 2
     rim, at = np.unique(vertices, return_inverse=True)
-    middles = KDTree(mesh.vertices_mm[ends].mean(axis=1))
+    midpoints = KDTree(mesh.vertices_mm[ends].mean(axis=1))
     pairs = KDTree(mesh.vertices_mm[rim]).sparse_distance_matrix(
-        middles, _NEAR_MM, output_type="coo_matrix"
+        midpoints, _RIM_MM, output_type="coo_matrix"
     )
     count = np.maximum(np.bincount(pairs.row, minlength=len(rim)), 1)
     return np.sqrt(np.bincount(pairs.row, square[pairs.col], len(rim)) / count)[at]

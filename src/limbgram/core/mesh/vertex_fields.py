@@ -1,6 +1,7 @@
-"""Vertex fields: what a Mesh knows of each vertex, declared once, beside the field.
+"""Vertex fields: per-vertex attributes of a Mesh, each declared once, beside its field.
 
-A new one is a line of `Mesh`; cutting, dividing, filling, moving, scaling and PLY follow from it.
+A new attribute is one field of `Mesh`: cutting, subdividing, filling, moving, scaling and PLY
+follow from its declaration.
 """
 
 from collections.abc import Mapping
@@ -14,52 +15,52 @@ _DECLARED = "vertex_field"
 
 @dataclass(frozen=True, kw_only=True)
 class VertexField:
-    """What the values of one field are, and what becomes of them."""
+    """What the values of an attribute are, and how they are carried along."""
 
     kind: Literal["colour", "mark", "number"]
-    """Numbers tell of the measurement: a surface that is no longer the measured one has none."""
+    """Numbers describe the measurement: a surface that is no longer the measured one has none."""
     columns: tuple[str, ...]
-    """In a PLY; one that is counted has its beginning here, and as many columns as it has parts."""
+    """Names in a PLY; of a counted attribute the prefix of its numbered columns."""
     counted: bool = False
     older: tuple[str, ...] = ()
-    """Its columns in files from before."""
+    """Names of its columns in older files."""
     unmeasured: float = 0.0
-    """At a vertex that no photo measured; a colour stays, and a new vertex takes a neighbour's."""
+    """Value at a vertex that no photo measured. Colours stay; a new vertex takes a neighbour's."""
     least: tuple[float, ...] = ()
-    """Of each column, where it has a least value."""
+    """Least value of each column, where there is one."""
     known_everywhere: bool = True
     """Whether it is a finite number at every vertex."""
     in_mm: bool = False
-    """Its numbers are lengths, scaled with the surface."""
+    """Its values are lengths, scaled with the unit of a file."""
     shown_as: str = ""
-    """Its name in programs that show surfaces; empty where files of ours alone have it."""
+    """Its name in programs that show surfaces; empty: only our own files have it."""
     detail: bool = False
-    """It tells of relief that is too fine for the surface: of one surface alone it would pass for a
-    difference from another."""
+    """It describes relief finer than the surface resolves: known of one of two surfaces alone, it
+    would pass for a difference between them."""
     axis: bool = False
-    """It is a way along the surface, turned with it; either sign says the same."""
+    """It is a direction along the surface, rotated with it; either sign is the same."""
 
     @property
     def flat(self) -> bool:
-        """Whether it is one value a vertex, not a row."""
+        """Whether it is one value per vertex, not a row."""
         return len(self.columns) == 1 and not self.counted
 
     def at_unmeasured(self, values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-        """The values, with those of the chosen vertices as no photo measured them."""
+        """The values, with the chosen vertices set to unmeasured."""
         if self.kind == "colour":
             return values
         rows = chosen.reshape(-1, *[1] * (values.ndim - 1))
         return np.where(rows, values.dtype.type(self.unmeasured), values)
 
     def with_unmeasured(self, values: np.ndarray, like: np.ndarray) -> np.ndarray:
-        """The values, with those of new vertices that no photo measured; like: their neighbours."""
+        """The values, extended by new, unmeasured vertices; `like`: a neighbour of each."""
         if self.kind == "colour":
             return np.concatenate([values, values[like]])
         new = np.full((len(like), *values.shape[1:]), self.unmeasured, values.dtype)
         return np.concatenate([values, new])
 
     def between(self, values: np.ndarray, ends: np.ndarray, shares: np.ndarray) -> np.ndarray:
-        """Values so far on the way from the first vertex to the second of each pair."""
+        """Values interpolated between two vertices, at a share of the way from the first."""
         first, second = (values[end] for end in ends.T)
         if self.kind == "mark":
             return first | second
@@ -75,13 +76,10 @@ class VertexField:
 def of_vertices(
     kind: Literal["colour", "mark", "number"], *columns: str, **more: Any
 ) -> Mapping[str, VertexField]:
-    """Declares a field of Mesh with a value, or a row, for each vertex; `more` as VertexField has.
-
-    It is None where nothing is known.
-    """
+    """Metadata of a Mesh field with a value or a row per vertex; None: not known."""
     return {_DECLARED: VertexField(kind=kind, columns=columns, **more)}
 
 
 def vertex_fields(kind: type) -> dict[str, VertexField]:
-    """The declared fields of Mesh, by name."""
+    """The fields of Mesh declared by `of_vertices`, by name."""
     return {one.name: one.metadata[_DECLARED] for one in fields(kind) if _DECLARED in one.metadata}

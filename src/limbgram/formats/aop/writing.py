@@ -8,13 +8,13 @@ Fails   CarveError: not aligned, or no radius map can hold the shape. OptionsErr
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import BinaryIO, Literal
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import CarveError, OptionsError
-from limbgram.core.files import require, write_file
+from limbgram.core.files import require, write_bytes
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.units import MM_PER_INCH
@@ -89,9 +89,7 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
     _check_slices(mapped, options)
     text = _text(limb, mapped, options, limb_from_file)
     held: list[AopReading] = []
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(text.replace("\n", _LINE_ENDS[options.line_end]).encode("ascii"))
+    content = text.replace("\n", _LINE_ENDS[options.line_end]).encode("ascii")
 
     def check(written: Path) -> None:
         held.append(read_aop(written.read_bytes(), path.name))
@@ -102,7 +100,7 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
             fault("aop.read.place"),
         )
 
-    write_file(path, encode, check)
+    write_bytes(path, content, check)
     return cost_of(path, mesh, mapped, held[0], axis_from_limb, outside)
 
 

@@ -8,12 +8,11 @@ Fails   CarveError: not aligned, A beyond its limit, or a program that would cut
 import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from limbgram.core.errors import CarveError
-from limbgram.core.files import require, write_file
+from limbgram.core.files import require, write_bytes
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, fault, note
@@ -103,9 +102,6 @@ def write_gcode(
     text = text_of(toolpath, control, _header(toolpath, control, limb.side, shape_hash, over))
     found: list[CarveCheck] = []
 
-    def encode(stream: BinaryIO) -> None:
-        stream.write(text.encode("ascii"))
-
     def check(written: Path) -> None:
         kept = written.read_text("ascii")
         require_taken(kept, control)
@@ -115,7 +111,7 @@ def write_gcode(
         _refuse_if_unsafe(carved, moves, options)
         found.append(carved)
 
-    write_file(path, encode, check)
+    write_bytes(path, text.encode("ascii"), check)
     return GcodeReport(
         path=path,
         toolpath=toolpath,

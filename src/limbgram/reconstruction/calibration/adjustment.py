@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float64, Int32
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, lens_slopes
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, lens_derivatives
 from limbgram.core.optimisation import ArrowheadEquations, Descent, Trial, minimise
 
 BOARD_TERMS = ("stretch", "shear", "bend_xx", "bend_xy", "bend_yy")
@@ -60,7 +60,7 @@ def project_board(
     in_camera = turned + pose.translation
     inverse = 1.0 / in_camera[:, 2]
     x, y = in_camera[:, 0] * inverse, in_camera[:, 1] * inverse
-    xy_px, by_ideal, by_lens = lens_slopes(x, y, shared[:LENS_SIZE])
+    xy_px, by_ideal, by_lens = lens_derivatives(x, y, shared[:LENS_SIZE])
 
     by_point = np.empty((len(x), 2, 3))
     by_point[:, :, 0] = by_ideal[:, :, 0] * inverse[:, None]
@@ -165,7 +165,7 @@ def adjust(
             reduced, right = damped.reduced()
             by_shared = np.zeros(SHARED)
             by_shared[free] = _inverse(reduced[np.ix_(free, free)]) @ right[free]
-            by_pose = damped.followed(by_shared)
+            by_pose = damped.back_substituted(by_shared)
             return tried(
                 shared + by_shared, tuple(moved(pose, one) for pose, one in zip(poses, by_pose))
             )

@@ -12,7 +12,7 @@ from jaxtyping import Float64, Int32
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import LENS_SIZE, Camera, lens_slopes
+from limbgram.core.geometry.lens import LENS_SIZE, Camera, lens_derivatives
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.adjustment import Solution
 from limbgram.reconstruction.calibration.cameras import label_of
@@ -106,7 +106,7 @@ def edge_sigmas_px(
         back_px = lens.project(np.column_stack([ideal, np.ones(len(ideal))]))
     known = np.abs(back_px - xy_px).max(axis=1) < 0.01 * lens.width_px
     x, y = ideal[known].T
-    slopes = lens_slopes(x, y, lens.packed)
+    slopes = lens_derivatives(x, y, lens.packed)
     turns = np.empty((len(x), 2, 4))
     turns[:, 0] = np.stack([-x * y, 1.0 + x * x, -y, x], axis=1)
     turns[:, 1] = np.stack([-1.0 - y * y, x * y, x, y], axis=1)

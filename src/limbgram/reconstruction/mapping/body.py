@@ -136,4 +136,4 @@ class BodyEquations(ArrowheadEquations):
         normal, right = self.reduced()
         left = right[-SIMILARITY_SIZE:] - normal[-SIMILARITY_SIZE:, :-SIMILARITY_SIZE] @ cameras
         whole = np.linalg.solve(normal[-SIMILARITY_SIZE:, -SIMILARITY_SIZE:], left)
-        return whole, self.followed(np.concatenate([cameras, whole]))
+        return whole, self.back_substituted(np.concatenate([cameras, whole]))

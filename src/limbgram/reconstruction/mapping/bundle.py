@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, turned
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, with_pose_step
 from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.reconstruction.mapping.lens_deviations import PhotoLenses
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
@@ -73,7 +73,7 @@ class Bundle:
         """The bundle after a step of all unknowns."""
         poses = camera_step[: POSE_SIZE * len(self.views)].reshape(-1, POSE_SIZE)
         lenses = camera_step[POSE_SIZE * len(self.views) :].reshape(-1, LENS_SIZE)
-        views = np.array([turned(view, step) for view, step in zip(self.views, poses)])
+        views = np.array([with_pose_step(view, step) for view, step in zip(self.views, poses)])
         views[:, 12:] += lenses[self.lens_idx]
         return replace(self, views=views, points=self.points + point_step)
 

@@ -19,13 +19,13 @@ from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import FROM_CORNER_PX, OPENCV, Camera, without_skew
-from limbgram.core.run import signals_kept, track
+from limbgram.core.run import signal_handlers_kept, track
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
-with signals_kept():
+with signal_handlers_kept():
     import pycolmap
 
 _FEWEST_MATCHES = 15

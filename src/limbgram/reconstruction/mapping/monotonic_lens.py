@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.core.geometry.lens import DISTORTION, LENS_SIZE, RADIAL, fold_of
+from limbgram.core.geometry.lens import DISTORTION, LENS_SIZE, RADIAL, fold_radius
 
 Lens = Float64[np.ndarray, " lens"]
 
@@ -102,7 +102,7 @@ def _boundary_lens(before: Lens, after: Lens, size_px: tuple[int, int]) -> Lens:
 
 def _violation_gradient(boundary: Lens, size_px: tuple[int, int]) -> Lens:
     """Gradient of the violation at a lens on the boundary."""
-    ray = fold_of(*boundary[RADIAL], slope=_LEAST_SLOPE)
+    ray = fold_radius(*boundary[RADIAL], slope=_LEAST_SLOPE)
     powers, gradient = ray**_POWERS, np.zeros(LENS_SIZE)
     gradient[RADIAL] = -(_POWERS + 1) * powers
     if _violation(boundary, size_px) > _TOLERANCE:  # it turns back far within the picture
@@ -118,7 +118,7 @@ def _violation_gradient(boundary: Lens, size_px: tuple[int, int]) -> Lens:
 
 def _violation(lens: Lens, size_px: tuple[int, int]) -> float:
     """By how much the corner lies beyond where the slope is sufficient, in focal lengths."""
-    ray = fold_of(*lens[RADIAL], slope=_LEAST_SLOPE)
+    ray = fold_radius(*lens[RADIAL], slope=_LEAST_SLOPE)
     if np.isinf(ray):
         return -np.inf
     farthest = ray * (1.0 + float(ray**_POWERS @ lens[RADIAL]))

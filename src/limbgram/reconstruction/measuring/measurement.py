@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float32, Float64, Int32, Int64
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.folds import find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_vertices, dilated, with_any, with_faces
+from limbgram.core.mesh.topology import boundary_vertices, dilated, faces_touching, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.anisotropic_plate import with_anisotropic_plate
 from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
@@ -140,7 +140,7 @@ def torn_open(mesh: Mesh) -> Mesh:
     """The largest component of the surface without its folds; no vertex moves."""
     folds = find_folds(mesh)
     while len(folds):
-        kept = mesh.faces[~with_any(folds.vertices(mesh), mesh.faces)]
+        kept = mesh.faces[~faces_touching(folds.vertices(mesh), mesh.faces)]
         mesh = with_faces(mesh, largest_manifold(mesh.vertices_mm, kept))
         folds = find_folds(mesh)
     return mesh

@@ -486,5 +486,5 @@ def _pixel_mm(mesh: Mesh, views: Sequence[View], photo: np.ndarray) -> Float64[n
     sizes = np.full(len(mesh), np.nan)
     for k, view in enumerate(views):
         rows = photo == k
-        sizes[rows] = view.pixel_at(mesh.vertices_mm[rows])
+        sizes[rows] = view.pixel_size_at(mesh.vertices_mm[rows])
     return np.where(np.isfinite(sizes), sizes, np.nanmedian(sizes))

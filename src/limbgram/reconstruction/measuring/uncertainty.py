@@ -41,7 +41,7 @@ from jaxtyping import Bool, Float64, Int32
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
-from limbgram.core.geometry.smoothed_length import PLATE_MM
+from limbgram.core.geometry.smoothed_length import FILTER_LENGTH_MM
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
@@ -498,7 +498,7 @@ class _LostSlope:
         lost_per_detail = more * max(_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm, 0.0)
         return cls(
             lost_per_detail * equations.stiffness_share**_SLOPE_BY_SHARE,
-            1 / (1 + (PLATE_MM / equations.measuring_length_mm) ** _NOISE_SLOPE_EXPONENT),
+            1 / (1 + (FILTER_LENGTH_MM / equations.measuring_length_mm) ** _NOISE_SLOPE_EXPONENT),
         )
 
     def length(

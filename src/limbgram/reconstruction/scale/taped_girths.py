@@ -17,11 +17,11 @@ from scipy.spatial import QhullError
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Vector3
-from limbgram.core.geometry.frames import square_to
+from limbgram.core.geometry.frames import plane_basis
 from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.sections import Z_AXIS, cut, holds, of_one_limb
+from limbgram.core.mesh.sections import Z_AXIS, contains_point, cut, outlines_of_limb
 from limbgram.core.tape import PLACING_SIGMA_MM, tape_sigma_mm
 from limbgram.findings import Finding
 from limbgram.reconstruction.scale.stated_lengths import TapedGirth
@@ -141,7 +141,7 @@ def _girths(mesh: Mesh, axis: Axis, places: np.ndarray) -> np.ndarray:
 
     found = rings_at(places.tolist())
     ends = float(along.min()), float(along.max())
-    limb = of_one_limb(rings_at, ends, places.tolist(), found, axis.point_mm @ across)
+    limb = outlines_of_limb(rings_at, ends, places.tolist(), found, axis.point_mm @ across)
     girths = np.full(len(places), np.nan)
     for at, (rings, chosen) in enumerate(zip(found, limb, strict=True)):
         if chosen is not None:
@@ -164,11 +164,15 @@ def _outlines(
     return [
         []
         if place in torn
-        else [one for one in found if not any(holds(o, one[0]) for o in found if o is not one)]
+        else [
+            one
+            for one in found
+            if not any(contains_point(o, one[0]) for o in found if o is not one)
+        ]
         for place, found in rings.items()
     ]
 
 
 def _across(direction: Vector3) -> np.ndarray:
     """Two units across a direction, as columns."""
-    return square_to(direction).T
+    return plane_basis(direction).T

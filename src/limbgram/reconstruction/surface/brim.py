@@ -17,14 +17,14 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import ConvexHull, KDTree
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
-from limbgram.core.geometry.frames import square_to
+from limbgram.core.geometry.frames import plane_basis
 from limbgram.core.mesh.folds import unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
     boundary_loops,
     face_components,
     find_edges,
-    taking_vertices,
+    select_vertices,
     with_faces,
 )
 from limbgram.reconstruction.surface.cleaning import face_normals, largest_manifold
@@ -95,7 +95,7 @@ def _quantile_plane(
     area = loop_area(brim)
     normal = area / np.linalg.norm(area)
     normal *= -1.0 if (body.mean(0) - brim.mean(0)) @ normal < 0 else 1.0
-    across = square_to(normal)
+    across = plane_basis(normal)
     edges = np.linalg.norm(np.roll(brim, -1, axis=0) - brim, axis=1)
     length = (edges + np.roll(edges, 1)) / 2
     middle = brim.mean(0)
@@ -198,7 +198,7 @@ def _with_attributes(mesh: Mesh, capped: Mesh) -> Mesh:
     """The capped mesh with the attributes of the old vertices; new ones are marked as filled."""
     count, added = len(mesh), len(capped) - len(mesh)
     nearest = KDTree(mesh.vertices_mm).query(capped.vertices_mm[count:])[1].astype(np.int64)
-    whole = taking_vertices(mesh, np.concatenate([np.arange(count), nearest]))
+    whole = select_vertices(mesh, np.concatenate([np.arange(count), nearest]))
     before = np.zeros(count, np.bool_) if mesh.filled is None else mesh.filled
     return replace(
         whole,

@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import SurfaceError
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.mesh.topology import with_faces
-from limbgram.core.run import signals_kept
+from limbgram.core.run import signal_handlers_kept
 from limbgram.reconstruction.surface.pivoting import measure_spacing_mm
 
 _CELL_IN_SPACINGS = 1.0
@@ -47,7 +47,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
     """The zero set of screened Poisson reconstruction, where points support it."""
     import trimesh
 
-    with signals_kept():
+    with signal_handlers_kept():
         import pycolmap  # both take a quarter of a second, which most commands save
 
     spacing_mm = measure_spacing_mm(cloud)

@@ -20,7 +20,7 @@ from limbgram.core.geometry.arrays import Faces
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import corners_by_vertex, is_edge_manifold, taking_vertices
+from limbgram.core.mesh.topology import corners_by_vertex, is_edge_manifold, select_vertices
 from limbgram.core.run import track
 
 
@@ -458,7 +458,7 @@ def refine(mesh: Mesh, edge_mm: float) -> Mesh:
             nearest = tree.closest(work.vertices)
             work.vertices[~fixed] = nearest.points_mm[~fixed]
             on_face = nearest.faces
-    result = taking_vertices(mesh, _nearest_corners(mesh, on_face, work.vertices))
+    result = select_vertices(mesh, _nearest_corners(mesh, on_face, work.vertices))
     return replace(result, vertices_mm=work.vertices, faces=work.faces)
 
 

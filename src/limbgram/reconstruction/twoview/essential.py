@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
-from limbgram.core.geometry.frames import Rigid, square_to
+from limbgram.core.geometry.frames import Rigid, plane_basis
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.twoview.fundamental import SELECTIONS, agreeing, ransac
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
@@ -191,7 +191,7 @@ class _EssentialModel:
     @property
     def _orthogonal(self) -> Float64[np.ndarray, "2 3"]:
         """Directions orthogonal to the baseline."""
-        return square_to(self.pose.translation)
+        return plane_basis(self.pose.translation)
 
     def moved(self, step: Float64[np.ndarray, "5"]) -> "_EssentialModel":
         rotation = Rotation.from_rotvec(step[:3]).as_matrix() @ self.pose.rotation

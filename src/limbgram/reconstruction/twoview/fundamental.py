@@ -303,4 +303,4 @@ def damped_step(equations: ArrowheadEquations, damping: float) -> tuple[Projecti
         damping, least_shared=1e-12, least_block=np.array([0.0, 0.0, _SILENT])
     )
     by_projection = np.linalg.solve(*damped.reduced())
-    return by_projection.reshape(3, 4), damped.followed(by_projection)
+    return by_projection.reshape(3, 4), damped.back_substituted(by_projection)

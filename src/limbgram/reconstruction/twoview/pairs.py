@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.triangulation import sampson_by_matrix, sampson_px
+from limbgram.core.geometry.triangulation import sampson_jacobian, sampson_px
 from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.reconstruction.matching.matching import PairMatches
 
@@ -92,7 +92,7 @@ def fit_sampson(start: Model, xy_first: Points2, xy_second: Points2) -> Model:
 
     def linearised(state: _Fitted[Model]) -> Callable[[float], Trial[_Fitted[Model]]]:
         model, residuals = state.model, state.residuals
-        by_matrix = sampson_by_matrix(model.matrix, xy_first, xy_second)
+        by_matrix = sampson_jacobian(model.matrix, xy_first, xy_second)
         by_step = by_matrix @ model.by_step.reshape(-1, 9).T
         normal, gradient = by_step.T @ by_step, by_step.T @ residuals
 

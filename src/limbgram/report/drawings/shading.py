@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from limbgram.core.geometry.arrays import Faces, Matrix3, Points3
-from limbgram.core.geometry.frames import turned
+from limbgram.core.geometry.frames import rotated
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import in_parallel
@@ -40,7 +40,7 @@ class Frame:
 
     def project(self, points_mm: Points3) -> Points3:
         """Pixels x and y, and depth in pixels."""
-        seen = turned(points_mm - self.middle_mm, self.picture_from_world) / self.pixel_mm
+        seen = rotated(points_mm - self.middle_mm, self.picture_from_world) / self.pixel_mm
         return seen + np.array([(self.width_px - 1) / 2, (self.height_px - 1) / 2, 0.0])
 
 
@@ -89,7 +89,7 @@ def shade_each(
         pixels = frame.project(mesh.vertices_mm)
         pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
         face_idx, weights = rasterise(pixels, mesh.faces, frame.height_px * n, frame.width_px * n)
-        facing = turned(normals, frame.picture_from_world)
+        facing = rotated(normals, frame.picture_from_world)
         # matplotlib 3.9 draws no array that a kernel from numba's cache made: its type is a copy.
         lit = [np.zeros((frame.height_px, frame.width_px, 4), np.uint8) for _ in paints]
         for paint, picture in zip(paints, lit):

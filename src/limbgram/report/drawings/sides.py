@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import faces_inwards
+from limbgram.core.mesh.topology import is_inside_out
 from limbgram.report.drawings.drawing import BELOW_PX, FAINT, axes_at, bare, scale_bar
 from limbgram.report.drawings.shading import Frame, looking_along, shade
 from limbgram.report.drawings.views import BESIDE, letter_corners
@@ -36,7 +36,7 @@ def sides_figure(
 
     The inside of a thing is drawn as a cast of it would look: all else would be its back.
     """
-    if faces_inwards(mesh):
+    if is_inside_out(mesh):
         mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     width_mm = 1.08 * float(np.hypot(*(high - low)[:2]))

@@ -7,7 +7,7 @@ import numpy as np
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Cloud, Mesh
-from limbgram.core.mesh.topology import faces_inwards
+from limbgram.core.mesh.topology import is_inside_out
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
 from limbgram.report.drawings.maps import size_map
@@ -90,7 +90,7 @@ def _surface_caption(mesh: Mesh, metric: MetricScene, size: np.ndarray) -> str:
         f"{size[0]:.1f} x {size[1]:.1f} x {size[2]:.1f} {unit}, seen from four sides round the "
         "world's z axis. "
     )
-    if faces_inwards(mesh):
+    if is_inside_out(mesh):
         parts += "It is the inside of something, drawn as a cast of it would look. "
     return parts + (
         f"{filled:.1%} of the vertices are orange: no photo measured them, we filled them in."

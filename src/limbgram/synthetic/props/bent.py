@@ -1,15 +1,15 @@
-"""Bent shapes: any surface with one open end, as rings of a chart, however it bends.
+"""Bent shapes: a surface with one open end, however it bends, as a grid of rings.
 
-In      a mesh with one open edge that lies level at the bottom, as a foot with its shank, upside
-        down; and the pole, the vertex about which the rings close. `stood` makes them of a mesh as
-        it lies in its file: cut level at its longest open edge, with the pole where the way over
-        the surface from there is longest, as a toe's tip.
-Out     a Limb: what is photographed is the limb built of these rings, and that is the truth.
-Method  The surface is laid out on a disc with mean value weights (Floater 2003), its open edge on
-        the circle: no triangle turns over. A Moebius map takes the pole to the middle; distances
-        from it, as logarithms, are rows, and directions are columns. Such a map is nearly
-        conformal, and along a tube its rows and columns are even; what bulges far out of it, as a
-        heel, gets fewer. Rays from an axis (scan.py) see no such surface.
+In      a mesh with one open edge, level at the bottom, as a foot with its shank upside down; and
+        the pole, the vertex about which the rings close. `stand_on_rim` makes them of a mesh in
+        any pose: cut level at its longest open edge, with the pole at the largest distance over
+        the surface from there, as a toe's tip.
+Out     a Limb, whose rings are what is photographed, and the truth.
+Method  The surface is parametrized on a disc with mean value coordinates (Floater 2003), its open
+        edge on the circle, so that no triangle flips. A Moebius map takes the pole to the centre;
+        the logarithm of the radius gives rows, the angle columns. The map is nearly conformal: even
+        along a tube, coarser on bulges such as a heel. Rays from an axis (scan.py) cannot chart
+        such a surface.
 Fails   ShapeFileError: several open edges, or none, or a handle.
 """
 
@@ -26,7 +26,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import weighted_quantile
-from limbgram.core.mesh.closest_point import TriangleTree, nearest_shares
+from limbgram.core.mesh.closest_point import TriangleTree, nearest_barycentric
 from limbgram.core.mesh.mesh import Mesh, lengths
 from limbgram.core.mesh.topology import boundary_loops, find_edges, largest_piece
 from limbgram.findings import Finding
@@ -35,32 +35,33 @@ from limbgram.synthetic.props.limb import (
     Limb,
     Relief,
     limb_of_skin,
-    relieved,
+    with_relief,
 )
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.measures.geodesic import length_mm
 
 _CLEAR_MM = 0.5
-"""Above the highest place of a ragged open edge, where it is cut level."""
-_SLOWEST = 0.85
-"""So much of the surface has rows and columns as close as asked; bulges have wider ones."""
+"""Height of the level cut above the highest point of the ragged open edge."""
+_RESOLVED_SHARE = 0.85
+"""Share of the surface with rows and columns as dense as asked; bulges have coarser ones."""
 _BINS = 400
+"""Of the rows, in which their density is measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BentShape:
-    """A surface with one open edge; two are the same if their names are."""
+    """A surface with one open edge; compared by hash, unit and side."""
 
     sha256: str
-    """Of the file, or another name of the shape."""
+    """Of the file, or another unique name."""
     name: str = field(default="", compare=False)
-    """Of the file, for people; empty where there is none."""
+    """File name, for messages; empty if there is none."""
     mm_per_unit: float = 1.0
     side: Literal["left", "right", "none"]
     mesh: Mesh = field(compare=False)
-    """Its open edge lies in the plane z = 0, the rest above it; millimetres."""
+    """In mm; its open edge lies in the plane z = 0, the rest above."""
     pole: int = field(compare=False)
-    """Vertex at which the rings close: a toe's tip, the middle of a closed neck."""
+    """Vertex at which the rings close, as a toe's tip."""
     anterior_rad: float = field(default=0.5 * np.pi, compare=False)
     notes: tuple[Finding, ...] = field(default=(), compare=False)
 
@@ -69,18 +70,18 @@ class BentShape:
         return float(self.mesh.vertices_mm[:, 2].max())
 
 
-class Stood(NamedTuple):
-    """A surface on its open edge, which lies level in the plane z = 0."""
+class StoodOnRim(NamedTuple):
+    """A surface that stands on its open edge, level in the plane z = 0."""
 
     mesh: Mesh
     pole: int
     world_from_mesh: Rigid
     cut_mm: float
-    """What was cut off the open edge, where it was highest."""
+    """Height of the strip that was cut off the open edge."""
 
 
-def stood(mesh: Mesh, name: str) -> Stood:
-    """Stand a mesh on its longest open edge, cut level, and find where its rings close.
+def stand_on_rim(mesh: Mesh, name: str) -> StoodOnRim:
+    """Stand a mesh on its longest open edge, cut level, and find its pole.
 
     Raises:
         ShapeFileError: it has no open edge.
@@ -93,31 +94,32 @@ def stood(mesh: Mesh, name: str) -> Stood:
     middle = rim.mean(0)
     up: Vector3 = np.linalg.svd(rim - middle, full_matrices=False)[2][2]
     up = up if (mesh.vertices_mm.mean(0) - middle) @ up > 0 else -up
-    turn = upright(up)
+    rotation = rotation_to_upright(up)
     heights = (rim - middle) @ up
-    start = middle + (float(heights.max()) + _CLEAR_MM) * up
-    world_from_mesh = Rigid(turn, -turn @ start)
+    origin = middle + (float(heights.max()) + _CLEAR_MM) * up
+    world_from_mesh = Rigid(rotation, -rotation @ origin)
     level = mesh.moved(world_from_mesh)
     level = largest_piece(keep_positive(level, level.vertices_mm[:, 2]).mesh)[0]
-    return Stood(level, _farthest(level), world_from_mesh, float(np.ptp(heights)) + _CLEAR_MM)
+    cut_mm = float(np.ptp(heights)) + _CLEAR_MM
+    return StoodOnRim(level, _farthest_from_rim(level), world_from_mesh, cut_mm)
 
 
-def upright(up: Vector3) -> Float64[np.ndarray, "3 3"]:
-    """A rotation that takes this direction to +z."""
+def rotation_to_upright(up: Vector3) -> Float64[np.ndarray, "3 3"]:
+    """A rotation that takes a unit direction to +z."""
     beside = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     x = beside - (beside @ up) * up
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(up, x), up])
 
 
-def _farthest(mesh: Mesh) -> int:
-    """The vertex with the longest way along edges from the open one."""
+def _farthest_from_rim(mesh: Mesh) -> int:
+    """The vertex with the longest shortest path along edges from the rim."""
     ends = find_edges(mesh.faces).ends
-    long = lengths(mesh.vertices_mm[ends[:, 1]] - mesh.vertices_mm[ends[:, 0]])
-    ways = sparse.csr_array((long, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
+    edges_mm = lengths(mesh.vertices_mm[ends[:, 1]] - mesh.vertices_mm[ends[:, 0]])
+    graph = sparse.csr_array((edges_mm, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
     rim = np.concatenate(boundary_loops(mesh.faces))
-    far = dijkstra(ways, directed=False, indices=rim, min_only=True)
-    return int(np.where(np.isfinite(far), far, -1.0).argmax())
+    distances_mm = dijkstra(graph, directed=False, indices=rim, min_only=True)
+    return int(np.where(np.isfinite(distances_mm), distances_mm, -1.0).argmax())
 
 
 def limb_of_bent(
@@ -128,26 +130,26 @@ def limb_of_bent(
     relief: Relief,
     details: SkinDetails = PLAIN,
 ) -> Limb:
-    """Build the limb, with the fine relief and the details of this seed on it.
+    """Build the limb, with relief and details.
 
     Raises:
-        ShapeFileError: see the head of this file.
+        ShapeFileError: the shape has no open edge, several, or a handle.
     """
     skin = _rings(shape, step_mm)
-    skin = relieved(skin, relief, np.random.default_rng((seed, 1)))
+    skin = with_relief(skin, relief, np.random.default_rng((seed, 1)))
     side = "left" if shape.side == "left" else "right"
     return limb_of_skin(skin, details, seed, base_mm, side, shape.anterior_rad)
 
 
 @dataclass(frozen=True)
 class _Chart:
-    """The surface without its pole, laid out by rows and columns."""
+    """The surface without the faces at its pole, parametrized by row and column."""
 
     flat: Points3
-    """Row, column in radians (more than once round where a face needs it), and 0."""
+    """Row, column in radians, and 0; faces at the seam are repeated on its other side."""
     faces: np.ndarray
     vertices: np.ndarray
-    """Of the mesh, for each of the chart's."""
+    """The mesh's vertex of each vertex of the chart."""
     last: float
     """Row of the pole's nearest neighbour."""
 
@@ -156,12 +158,12 @@ def _rings(shape: BentShape, step_mm: float) -> Float64[np.ndarray, "rows column
     """Points in rings from the open edge to the pole."""
     mesh = shape.mesh
     chart = _chart(mesh, shape.pole, shape.name or shape.sha256)
-    rows, columns = _even(mesh, chart, step_mm)
+    rows, columns = _even_grid(mesh, chart, step_mm)
     around = 2 * np.pi * np.arange(columns) / columns
     at = np.stack(np.broadcast_arrays(rows[:, None], around, 0.0), -1).reshape(-1, 3)
     tree = TriangleTree.of(chart.flat, chart.faces)
     faces = chart.faces[tree.closest(at).faces]
-    shares = nearest_shares(chart.flat[faces], at)
+    shares = nearest_barycentric(chart.flat[faces], at)
     corners = mesh.vertices_mm[chart.vertices[faces]]
     skin = (shares[..., None] * corners).sum(1).reshape(len(rows), columns, 3)
     pole: Vector3 = mesh.vertices_mm[shape.pole]
@@ -170,8 +172,8 @@ def _rings(shape: BentShape, step_mm: float) -> Float64[np.ndarray, "rows column
 
 def _chart(mesh: Mesh, pole: int, name: str) -> _Chart:
     disc = _on_disc(mesh, name)
-    middle = disc[pole]
-    moved = (disc - middle) / (1 - np.conj(middle) * disc)
+    centre = disc[pole]
+    moved = (disc - centre) / (1 - np.conj(centre) * disc)
     others = mesh.faces[(mesh.faces != pole).all(1)]
     row = -np.log(np.maximum(np.abs(moved), 1e-300))
     angle = np.angle(moved)[others]
@@ -197,7 +199,7 @@ def _chart(mesh: Mesh, pole: int, name: str) -> _Chart:
 
 
 def _on_disc(mesh: Mesh, name: str) -> Complex128[np.ndarray, " n"]:
-    """Places of the vertices on the unit disc."""
+    """The vertices parametrized on the unit disc, as complex numbers."""
     loops = boundary_loops(mesh.faces)
     count = len(mesh)
     handles = 2 - count + len(find_edges(mesh.faces).ends) - len(mesh.faces) - len(loops)
@@ -205,59 +207,62 @@ def _on_disc(mesh: Mesh, name: str) -> Complex128[np.ndarray, " n"]:
         raise ShapeFileError("made.bent.no_disc", name=name, openings=len(loops))
     rim = loops[0].astype(np.int64)
     walked = np.cumsum(lengths(mesh.vertices_mm[np.roll(rim, -1)] - mesh.vertices_mm[rim]))
-    places = np.zeros(count, np.complex128)
-    places[rim] = np.exp(2j * np.pi * np.concatenate([[0.0], walked[:-1]]) / walked[-1])
+    disc = np.zeros(count, np.complex128)
+    disc[rim] = np.exp(2j * np.pi * np.concatenate([[0.0], walked[:-1]]) / walked[-1])
     free = np.ones(count, np.bool_)
     free[rim] = False
-    weights = _mean_value(mesh)
+    weights = _mean_value_weights(mesh)
     system = sparse.csc_array(sparse.diags_array(np.asarray(weights.sum(1)).ravel()) - weights)
     inner = system[free][:, free]
-    held = -(system[free][:, ~free] @ places[~free])
+    held = -(system[free][:, ~free] @ disc[~free])
     solved = splu(inner).solve(np.column_stack([held.real, held.imag]))
-    places[free] = solved[:, 0] + 1j * solved[:, 1]
-    return places
+    disc[free] = solved[:, 0] + 1j * solved[:, 1]
+    return disc
 
 
-def _mean_value(mesh: Mesh) -> sparse.csr_array:
-    """Weights of a vertex's neighbours, all positive."""
+def _mean_value_weights(mesh: Mesh) -> sparse.csr_array:
+    """Mean value weights of each vertex's neighbours, not normalized; all positive."""
     count = len(mesh)
     total = sparse.csr_array((count, count))
     for k in range(3):
         here, first, second = (mesh.faces[:, (k + step) % 3] for step in range(3))
         one = mesh.vertices_mm[first] - mesh.vertices_mm[here]
         two = mesh.vertices_mm[second] - mesh.vertices_mm[here]
-        long_one, long_two = lengths(one), lengths(two)
-        cosine = (one * two).sum(1) / np.maximum(long_one * long_two, 1e-12)
-        half = np.tan(0.5 * np.arccos(np.clip(cosine, -1.0, 1.0)))
-        for end, long in ((first, long_one), (second, long_two)):
-            weight = half / np.maximum(long, 1e-9)
+        length_one, length_two = lengths(one), lengths(two)
+        cosine = (one * two).sum(1) / np.maximum(length_one * length_two, 1e-12)
+        half_tangent = np.tan(0.5 * np.arccos(np.clip(cosine, -1.0, 1.0)))
+        for end, length in ((first, length_one), (second, length_two)):
+            weight = half_tangent / np.maximum(length, 1e-9)
             total = total + sparse.csr_array((weight, (here, end)), shape=(count, count))
     return sparse.csr_array(total)
 
 
-def _even(mesh: Mesh, chart: _Chart, step_mm: float) -> tuple[Float64[np.ndarray, " r"], int]:
-    """Rows that are about a step apart, and how many columns are."""
+def _even_grid(mesh: Mesh, chart: _Chart, step_mm: float) -> tuple[Float64[np.ndarray, " r"], int]:
+    """Rows about a step apart, and the number of columns at which they are too."""
     corners = mesh.vertices_mm[chart.vertices[chart.faces]]
     flat = chart.flat[chart.faces]
     one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     a, b = (flat[:, 1] - flat[:, 0])[:, :2], (flat[:, 2] - flat[:, 0])[:, :2]
-    turned = np.maximum(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), 1e-30)[:, None]
-    by_row = lengths((one * b[:, 1:] - two * a[:, 1:]) / turned)
-    by_turn = lengths((two * a[:, :1] - one * b[:, :1]) / turned)
+    doubled = np.maximum(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), 1e-30)[:, None]
+    mm_per_row = lengths((one * b[:, 1:] - two * a[:, 1:]) / doubled)
+    mm_per_rad = lengths((two * a[:, :1] - one * b[:, :1]) / doubled)
     area = lengths(np.cross(one, two))
-    widest = weighted_quantile(by_turn, area, _SLOWEST)
+    radius_mm = weighted_quantile(mm_per_rad, area, _RESOLVED_SHARE)
     at = flat[..., 0].mean(1)
     bins = np.linspace(0.0, chart.last, _BINS + 1)
-    number = np.clip(np.digitize(at, bins) - 1, 0, _BINS - 1)
-    rows = [number == k for k in range(_BINS)]
-    speed = np.array(
-        [weighted_quantile(by_row[k], area[k], _SLOWEST) if k.any() else np.nan for k in rows]
+    bin_idx = np.clip(np.digitize(at, bins) - 1, 0, _BINS - 1)
+    in_bins = [bin_idx == k for k in range(_BINS)]
+    of_bins = np.array(
+        [
+            weighted_quantile(mm_per_row[k], area[k], _RESOLVED_SHARE) if k.any() else np.nan
+            for k in in_bins
+        ]
     )
-    known = np.isfinite(speed)
+    known = np.isfinite(of_bins)
     middles = 0.5 * (bins[1:] + bins[:-1])
-    speed = np.interp(middles, middles[known], speed[known])
-    walked = np.concatenate([[0.0], np.cumsum(speed * np.diff(bins))])
+    of_bins = np.interp(middles, middles[known], of_bins[known])
+    walked = np.concatenate([[0.0], np.cumsum(of_bins * np.diff(bins))])
     count = max(8, round(walked[-1] / step_mm))
     return np.interp(np.linspace(0.0, walked[-1], count + 1), walked, bins), max(
-        48, round(2 * np.pi * widest / step_mm)
+        48, round(2 * np.pi * radius_mm / step_mm)
     )

@@ -1,4 +1,4 @@
-"""Boards: what is printed on them, where they lie, and where their corners are in truth."""
+"""Printed boards: their true corners, with errors of the print, and their poses."""
 
 from dataclasses import dataclass
 
@@ -16,18 +16,18 @@ BOARD_HEIGHT_MM = 2.5
 
 @dataclass(frozen=True)
 class PrintedBoard:
-    """A board as the printer made it."""
+    """A board as it was printed, with the errors of the print."""
 
     board: Board
-    """As the user believes it to be printed."""
+    """The board as designed, which the user believes in."""
     print_scale: float = 1.0
-    """True size over believed size: 1.03 is a board that the printer enlarged."""
+    """True size over designed size: 1.03 is a board that was printed enlarged."""
     stretch: float = 0.0
-    """How much longer it is down its columns than along its rows, as a share: printers feed paper
+    """Relative excess of its scale down the columns over that along the rows: printers feed paper
     too far or too little, usually by 0.002."""
     sag_mm: float = 0.0
-    """How far the middle of its rows stands up from the line between their ends: the board is an
-    arc of a circle. Usual for a print glued on card: 0.5."""
+    """Sagitta of its rows, bent upwards to an arc of a circle. Usual for a print glued on card:
+    0.5."""
 
     def __post_init__(self) -> None:
         if not (abs(self.stretch) <= 0.05 and 0 <= self.sag_mm <= 20):
@@ -57,7 +57,7 @@ class PrintedBoard:
         return np.column_stack([across, flat[:, 1] * self._stretched[1], rise])
 
     def bent_mm(self, along_mm: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "n 2"]:
-        """x and z, in the board's frame, of places so far along a row of the flat print."""
+        """x and z in the board's frame, by distance along a row of the flat print."""
         if self.sag_mm == 0:
             return np.column_stack([along_mm, np.zeros_like(along_mm)])
         half = 0.5 * self.size_mm[0]
@@ -77,7 +77,7 @@ CALIBRATION_BOARD = PrintedBoard(LENS_BOARD)
 
 @dataclass(frozen=True)
 class LaidBoard:
-    """A board in its place."""
+    """A board and its pose."""
 
     printed: PrintedBoard
     world_from_board: Rigid
@@ -92,7 +92,7 @@ class LaidBoard:
 
 
 def lay_beside(printed: PrintedBoard, seed: int) -> LaidBoard:
-    """Lay a board flat on the table beside the stand, turned anyhow."""
+    """Lay a board on the table beside the stand, at a random azimuth."""
     rng = np.random.default_rng((seed, 6))
     toward, turn = rng.uniform(0, 2 * np.pi, 2)
     middle = (80.0 + 0.5 * printed.size_mm[1]) * np.array([np.cos(toward), np.sin(toward)])

@@ -1,13 +1,12 @@
-"""The limb: a closed surface of known shape, standing free with its distal end up.
+"""The limb: a closed surface of known shape, standing with its distal end up.
 
 In      a kind of limb, a seed, and a mesh step.
 Out     a Limb: a grid of rings from the middle of the flat cut, over its rim and up the
-        skin to the distal pole. The triangles of this grid are the truth AND what is rendered.
-Method  A profile of radii turned about a bent axis, sections that are not round, bumps for
-        bone and muscle pushed along the normal, then fine relief of random plane waves.
-        A thin part, if asked for, is an upright fin on the limb's side, as an ear or the blade of a
-        bone. It is pushed out of the skin, so that the limb stays one closed surface; the chart's
-        columns crowd on its two sides, which stand steeply.
+        skin to the distal pole. The triangles of this grid are both the truth and what is rendered.
+Method  A profile of radii turned about a bent axis, with non-circular sections, Gaussian bumps for
+        bone and muscle along the normals, then fine relief of random plane waves. An optional fin
+        is a thin upright ridge on the limb's side, as an ear or the blade of a bone; it is raised
+        out of the skin, so that the surface stays closed, and columns are denser on its flanks.
 Frame   world: z up from the table, millimetres; the axis starts at (0, 0, base_mm).
 """
 
@@ -23,41 +22,39 @@ from scipy.interpolate import PchipInterpolator
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import turn_rad
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.synthetic.props.details import PLAIN, SkinDetails, details_mm
+from limbgram.synthetic.props.details import PLAIN, RingGrid, SkinDetails, details_mm
 
-_Grid = Float64[np.ndarray, "rows columns 3"]
-"""Points in rings: rows from the cut upwards, columns round the limb."""
-
-HEIGHT_MM = 12.0
-"""How far the fin stands out."""
-_LENGTH_MM = 60.0
-_MIDDLE = 0.45
+_FIN_HEIGHT_MM = 12.0
+"""Height of the fin above the skin."""
+_FIN_LENGTH_MM = 60.0
+_FIN_MIDDLE = 0.45
 """Its middle, as a fraction of the limb's height."""
-_ANGLE = np.radians(-40.0)
+_FIN_ANGLE = np.radians(-40.0)
 _FINE = 20_000
+"""Samples round a section, from which columns are placed."""
 
 
-def fin_rise_mm(
+def _fin_height_mm(
     angles: NDArray[np.float64],
     height: NDArray[np.float64],
     radius_mm: NDArray[np.float64],
     limb_mm: float,
     thickness_mm: float,
 ) -> Float64[np.ndarray, "n c"]:
-    """Rise of the skin; the fin has `thickness_mm` at half its height."""
-    aside = turn_rad(angles, _ANGLE) * radius_mm
-    along = 1 / (1 + np.abs((height - _MIDDLE * limb_mm) / (_LENGTH_MM / 2)) ** 6)
-    return HEIGHT_MM * along / (1 + np.abs(aside / (thickness_mm / 2)) ** 8)
+    """Height of the fin above the skin; at half of it the fin has `thickness_mm`."""
+    aside = turn_rad(angles, _FIN_ANGLE) * radius_mm
+    along = 1 / (1 + np.abs((height - _FIN_MIDDLE * limb_mm) / (_FIN_LENGTH_MM / 2)) ** 6)
+    return _FIN_HEIGHT_MM * along / (1 + np.abs(aside / (thickness_mm / 2)) ** 8)
 
 
-def columns_round(radius_mm: float, step_mm: float, thickness_mm: float) -> NDArray[np.float64]:
-    """Angles in equal steps along the section through the fin's middle; 0 to nearly 2 pi."""
+def _column_angles(radius_mm: float, step_mm: float, thickness_mm: float) -> NDArray[np.float64]:
+    """Angles of the columns, at equal arc length on the section through the fin's middle."""
     if thickness_mm == 0:
         count = round(2 * np.pi * radius_mm / step_mm)
         return 2 * np.pi * np.arange(count) / count
     angles = np.linspace(0, 2 * np.pi, _FINE + 1)
-    at = np.array([[_MIDDLE]])
-    rise = fin_rise_mm(angles, at, np.array([[radius_mm]]), 1.0, thickness_mm)[0]
+    at = np.array([[_FIN_MIDDLE]])
+    rise = _fin_height_mm(angles, at, np.array([[radius_mm]]), 1.0, thickness_mm)[0]
     length = np.concatenate([[0], np.cumsum(np.hypot(np.diff(angles) * radius_mm, np.diff(rise)))])
     count = round(length[-1] / step_mm)
     return np.interp(length[-1] * np.arange(count) / count, length, angles)
@@ -66,20 +63,20 @@ def columns_round(radius_mm: float, step_mm: float, thickness_mm: float) -> NDAr
 _CUT_RING_MM = 3.0
 _WAVES = 48
 _COARSEST_MM = 40.0
-"""Wave length of the coarsest relief."""
+"""Longest wavelength of the relief."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Relief:
-    """The fine relief of skin and knit: plane waves, long ones higher."""
+    """Fine relief of skin and knit: a sum of random plane waves."""
 
     rms_mm: float = 0.2
-    """Its height in all; 0 for a smooth limb."""
+    """RMS height; 0 for a smooth limb."""
     finest_mm: float = 5.0
-    """Its shortest wave length."""
+    """Shortest wavelength."""
     growth: float = 0.7
-    """The power of its length that a wave's height grows by: 0 for waves all of one height, as
-    wrinkles are, 0.7 for skin, more for skin that is smooth close by."""
+    """Exponent of amplitude over wavelength: 0 for equal amplitudes, as of wrinkles, 0.7 for skin,
+    more for smoother skin."""
 
 
 class LimbKind(Enum):
@@ -103,21 +100,24 @@ class _Bump:
 
 
 @dataclass(frozen=True)
-class _Plan:
-    """Proportions of one kind: radii by fraction of height, sections, bumps."""
+class _Proportions:
+    """Proportions of one kind of limb."""
 
     height_mm: float
     heights: tuple[float, ...]
+    """Fractions of the height at which `radii_mm` are given."""
     radii_mm: tuple[float, ...]
     dome: float
     """Fraction of the height taken by the rounded distal end."""
     oval: float
+    """Relative amplitude of the section's second harmonic."""
     triangle: float
+    """Relative amplitude of its third harmonic."""
     bumps: tuple[_Bump, ...]
 
 
-_PLANS = {
-    LimbKind.TRANSTIBIAL: _Plan(
+_PROPORTIONS = {
+    LimbKind.TRANSTIBIAL: _Proportions(
         270.0,
         (0.0, 0.25, 0.5, 0.75, 1.0),
         (57.0, 54.0, 51.0, 44.0, 36.0),
@@ -138,7 +138,7 @@ _PLANS = {
             _Bump(175, 0.55, 8.0, 38, 42),  # calf
         ),
     ),
-    LimbKind.TRANSFEMORAL: _Plan(
+    LimbKind.TRANSFEMORAL: _Proportions(
         250.0,
         (0.0, 0.25, 0.5, 0.75, 1.0),
         (78.0, 73.0, 66.0, 57.0, 47.0),
@@ -154,7 +154,7 @@ _PLANS = {
             _Bump(165, 0.4, 6.0, 34, 40),  # hamstrings
         ),
     ),
-    LimbKind.BULBOUS: _Plan(
+    LimbKind.BULBOUS: _Proportions(
         230.0,
         (0.0, 0.25, 0.5, 0.75, 1.0),
         (52.0, 48.0, 45.0, 51.0, 50.0),
@@ -175,27 +175,30 @@ _PLANS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
-    """The closed truth surface and its chart."""
+    """The true surface, closed, and its chart: the grid of rings that textures lie on."""
 
     mesh: Mesh
     normals: Points3
-    """Outward unit normals of the vertices, which the renderer shades with."""
+    """Outward unit normals of the vertices, for shading."""
     cut: Bool[np.ndarray, " n"]
-    """True at the vertices inside the flat cut; those of the rim belong to the skin."""
+    """Vertices inside the flat cut; those of the rim belong to the skin."""
     grid_mm: Float32[np.ndarray, "rows columns 3"]
     """The same vertices as a chart: rows from cut to pole; the last column repeats the first."""
     chart: Float32[np.ndarray, "f 3 2"]
-    """Column and row in the chart of every face's corners."""
+    """Column and row of each face's corners in the chart."""
     base_mm: float
     """Height of the cut above the table."""
     height_mm: float
     side: Literal["left", "right"]
     """Of the patient."""
     anterior_rad: float
-    """Where the limb's front looks, in the world's plane of x and y."""
+    """Azimuth of the anterior direction in the world."""
 
     def place_mm(self, angle_deg: float, share: float) -> Vector3:
-        """The vertex near an angle from anterior towards lateral and a share of the height."""
+        """The vertex near an angle from anterior towards lateral and a share of the height.
+
+        A degree counts as much as a millimetre, which it is about at the radius of a limb.
+        """
         points = self.mesh.vertices_mm
         towards = 1.0 if self.side == "right" else -1.0
         angles = np.arctan2(points[:, 1], points[:, 0]) - self.anterior_rad
@@ -211,7 +214,7 @@ TRANSTIBIAL_PLACES: Final = {
     "popliteal crease": (180.0, 0.27),
     "tibia end": (0.0, 0.87),
 }
-"""Landmarks of a transtibial limb for `Limb.place_mm`: degrees, and share of the height."""
+"""Arguments of `Limb.place_mm` for the landmarks of a transtibial limb."""
 _RELIEF = Relief()
 
 
@@ -226,25 +229,25 @@ def make_limb(
 ) -> Limb:
     """Build a limb, with a fin of this thickness; one seed gives one person, left or right."""
     rng = np.random.default_rng((seed, 1))
-    plan = _PLANS[kind]
+    plan = _PROPORTIONS[kind]
     size = rng.uniform(0.94, 1.06)
     side = rng.choice([-1.0, 1.0])
     yaw = rng.uniform(0, 2 * np.pi)
     height = plan.height_mm * size * rng.uniform(0.95, 1.03)
     profile = _profile(plan, size, height, step_mm, rng)
-    forward = columns_round(profile[:, 0].max(), step_mm, fin_mm)
-    angles = yaw + np.sort(side * forward % (2 * np.pi))
+    columns = _column_angles(profile[:, 0].max(), step_mm, fin_mm)
+    angles = yaw + np.sort(side * columns % (2 * np.pi))
     skin = _skin(plan, profile, side * (angles - yaw), height, rng, fin_mm)
-    turn = np.stack([np.cos(angles), np.sin(angles)], -1)
+    directions = np.stack([np.cos(angles), np.sin(angles)], -1)
     bend = rng.uniform(-8, 8, 2) * (skin[..., 2:] / height) ** 2
-    skin = np.concatenate([skin[..., :1] * turn + bend, skin[..., 2:]], -1)
-    skin = relieved(skin, relief, rng)
-    whose = "right" if side > 0 else "left"
-    return limb_of_skin(skin, details, seed, base_mm, whose, float(yaw))
+    skin = np.concatenate([skin[..., :1] * directions + bend, skin[..., 2:]], -1)
+    skin = with_relief(skin, relief, rng)
+    body_side = "right" if side > 0 else "left"
+    return limb_of_skin(skin, details, seed, base_mm, body_side, float(yaw))
 
 
 def limb_of_skin(
-    skin: _Grid,
+    skin: RingGrid,
     details: SkinDetails,
     seed: int,
     base_mm: float,
@@ -253,7 +256,7 @@ def limb_of_skin(
 ) -> Limb:
     """Close a skin to a limb, with details along its normals, its rim level at `base_mm`."""
     if details.any:
-        skin = _detailed(skin, details, seed)
+        skin = _with_details(skin, details, seed)
     skin[0, :, 2] = 0.0
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
@@ -261,18 +264,18 @@ def limb_of_skin(
     return limb_of_grid(grid, len(grid) - len(skin), base_mm, side, anterior_rad)
 
 
-def relieved(skin: _Grid, relief: Relief, rng: np.random.Generator) -> _Grid:
+def with_relief(skin: RingGrid, relief: Relief, rng: np.random.Generator) -> RingGrid:
     """The skin, rows from its rim to its pole, with the fine relief along its normals."""
     return skin + _normals(skin) * _relief_mm(skin, relief, rng)[..., None]
 
 
-def _detailed(skin: _Grid, details: SkinDetails, seed: int) -> _Grid:
+def _with_details(skin: RingGrid, details: SkinDetails, seed: int) -> RingGrid:
     """The skin with knit, veins, scars and wrinkles along its normals."""
     return skin + _normals(skin) * details_mm(skin, details, seed)[..., None]
 
 
 def _profile(
-    plan: _Plan, size: float, height_mm: float, step_mm: float, rng: np.random.Generator
+    plan: _Proportions, size: float, height_mm: float, step_mm: float, rng: np.random.Generator
 ) -> Float64[np.ndarray, "n 2"]:
     """Radius and height along the skin, at equal steps from the cut to the pole."""
     radii = np.array(plan.radii_mm) * size * rng.uniform(0.96, 1.04, len(plan.radii_mm))
@@ -291,14 +294,14 @@ def _profile(
 
 
 def _skin(
-    plan: _Plan,
+    plan: _Proportions,
     profile: Float64[np.ndarray, "n 2"],
     angles: Float64[np.ndarray, " c"],
     height_mm: float,
     rng: np.random.Generator,
     fin_mm: float,
-) -> _Grid:
-    """Radius, unused, height of every grid point; `angles` from anterior towards lateral."""
+) -> RingGrid:
+    """Radius, 0 and height of every grid point; `angles` are from anterior towards lateral."""
     radius, height = profile[:, :1], profile[:, 1:]
     fade = np.clip(radius / radius.max(), 0, 1)
     phase = rng.uniform(-0.2, 0.2, 2)
@@ -317,7 +320,7 @@ def _skin(
         rise += bump.rise_mm * rng.uniform(0.8, 1.2) * np.exp(-0.5 * (around**2 + along**2))
     rise += _scar_mm(radius * np.cos(angles), height, height_mm)
     if fin_mm > 0:
-        rise += fin_rise_mm(angles, height, radius, height_mm, fin_mm)
+        rise += _fin_height_mm(angles, height, radius, height_mm, fin_mm)
     rise[-1] = rise[-2].mean()
     r = radius * section + rise * outward[:, :1]
     z = height + rise * outward[:, 1:]
@@ -327,29 +330,29 @@ def _skin(
 def _scar_mm(
     forward_mm: np.ndarray, height: np.ndarray, height_mm: float
 ) -> Float64[np.ndarray, "n c"]:
-    """The seam of the operation: a groove across the distal end, a little behind the middle."""
+    """Surgical scar: a groove across the distal end, a little behind the middle."""
     on_end = 1 / (1 + np.exp(-(height - 0.86 * height_mm) / 4.0))
     return -1.3 * on_end * np.exp(-0.5 * ((forward_mm + 6.0) / 2.6) ** 2)
 
 
 def _relief_mm(
-    points: _Grid, wanted: Relief, rng: np.random.Generator
+    points: RingGrid, options: Relief, rng: np.random.Generator
 ) -> Float64[np.ndarray, "n c"]:
-    """Height of every point over the smooth skin."""
-    lengths = np.geomspace(wanted.finest_mm, _COARSEST_MM, _WAVES)
+    """Height of every point above the smooth skin."""
+    lengths = np.geomspace(options.finest_mm, _COARSEST_MM, _WAVES)
     directions = rng.normal(size=(_WAVES, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     phases = rng.uniform(0, 2 * np.pi, _WAVES)
-    weights = lengths**wanted.growth
-    weights *= wanted.rms_mm * np.sqrt(2) / np.linalg.norm(weights)
+    weights = lengths**options.growth
+    weights *= options.rms_mm * np.sqrt(2) / np.linalg.norm(weights)
     relief = np.zeros(points.shape[:-1])
     for length, direction, phase, weight in zip(lengths, directions, phases, weights, strict=True):
         relief += weight * np.sin(points @ (direction * 2 * np.pi / length) + phase)
     return relief
 
 
-def _normals(grid: _Grid) -> _Grid:
-    """Outward unit normals of a grid that is closed along its columns."""
+def _normals(grid: RingGrid) -> RingGrid:
+    """Outward unit normals of a grid whose rows are closed."""
     around = np.roll(grid, -1, 1) - np.roll(grid, 1, 1)
     along = np.gradient(grid, axis=0)
     normals = np.cross(around, along)
@@ -358,7 +361,7 @@ def _normals(grid: _Grid) -> _Grid:
 
 
 def cut_rings(rim: Points3) -> Float64[np.ndarray, "rings n 3"]:
-    """Rings of the flat cut, from its middle to just inside the rim."""
+    """Concentric rings of the flat cut, from its middle to just inside the rim."""
     middle = rim.mean(0)
     widest = np.linalg.norm(rim - middle, axis=1).max()
     shares = np.linspace(0, 1, round(widest / _CUT_RING_MM) + 1)[:-1]
@@ -366,9 +369,13 @@ def cut_rings(rim: Points3) -> Float64[np.ndarray, "rings n 3"]:
 
 
 def limb_of_grid(
-    grid: _Grid, cut_rows: int, base_mm: float, side: Literal["left", "right"], anterior_rad: float
+    grid: RingGrid,
+    cut_rows: int,
+    base_mm: float,
+    side: Literal["left", "right"],
+    anterior_rad: float,
 ) -> Limb:
-    """Join the rings to one closed mesh: the first and the last row are single vertices."""
+    """Triangulate rings to a closed mesh; the first and the last row are single vertices."""
     rows, columns = grid.shape[:2]
     vertices = np.concatenate([grid[:1, 0], grid[1:-1].reshape(-1, 3), grid[-1:, 0]])
     ids = np.arange((rows - 2) * columns).reshape(rows - 2, columns) + 1

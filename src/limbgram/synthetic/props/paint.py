@@ -1,10 +1,9 @@
-"""Paint: the limb's white sock and the fabric paint dabbed on it, as a texture of its chart.
+"""Paint: the limb's white sock and the fabric paint on it, as a texture of its chart.
 
-In      a Limb, how much of it is painted, marks of one plain colour, a seed, a texel's size.
+In      a Limb, how much of it is painted, round spots of one colour, a seed, a texel's size.
 Out     a texture (rows, columns, 4): sRGB and gloss.
-Method  Dabs of 0.4 to 8 mm, as much area in every octave, laid on in space and not in the
-        chart, so that the pole is painted like the rest; large ones first. Marks, round spots at
-        known places of the skin, are painted over all dabs.
+Method  Dabs of 0.4 to 8 mm radius, with equal area in every octave, are painted in space and not
+        in the chart, so that the pole looks like the rest; large ones first, spots last.
 """
 
 from collections.abc import Sequence
@@ -49,7 +48,7 @@ def scattered_spots(count: int) -> tuple[SockSpot, ...]:
 
 
 def chart_place(limb: Limb, spot: SockSpot) -> tuple[int, int]:
-    """Row and column of the chart's point that is the middle of the spot."""
+    """Row and column in the chart of the centre of a spot."""
     columns = limb.grid_mm.shape[1] - 1
     column = int(spot.around * columns) % columns
     skin = np.flatnonzero(np.diff(limb.grid_mm[:, column, 2]) > 0)
@@ -58,7 +57,7 @@ def chart_place(limb: Limb, spot: SockSpot) -> tuple[int, int]:
 
 
 def places_mm(limb: Limb, spots: Sequence[SockSpot]) -> tuple[Vector3, ...]:
-    """Middles of the spots on the true surface, in the world."""
+    """Centres of the spots on the true surface, in the world."""
     at = (chart_place(limb, spot) for spot in spots)
     return tuple(limb.grid_mm[row, column].astype(np.float64) for row, column in at)
 
@@ -67,15 +66,15 @@ _SMALLEST_MM, _LARGEST_MM = 0.4, 8.0
 _HARMONICS = 3
 _LEAST_STRETCH = 0.65
 _OUTERMOST = 1.5
-"""Of a dab's radius: no wave of its edge goes farther out."""
+"""Bound on the edge of a dab, in its radii."""
 _NARROW_MM = 1e-4
 """Far below a texel and far above rounding."""
 _MEAN_STRETCH = (1 + _LEAST_STRETCH) / 2
 _STRIP_ROWS = 256
 _PATCH_MM, _PATCH_WAVES = 60.0, 12
-"""Bare patches are about half as wide as this."""
+"""Wavelengths from which bare patches are made; the patches are about half as wide."""
 _CAP_ROUND = 0.75
-"""Of the tube's girth: where the limb is slimmer at its end, the cap is sewn on."""
+"""Share of the tube's girth below which the distal end has the sewn cap."""
 _PALETTE = np.array(
     [
         (203, 32, 44),
@@ -114,20 +113,20 @@ class Painting:
     bare: float = 0.0
     """Share of the dabs that is left out in patches."""
     uneven: float = 0.0
-    """Share more of them that is left out on one side."""
+    """Share of the dabs that is left out on one side, falling to none on the other."""
 
 
 @dataclass(frozen=True)
 class _Dabs:
-    """All dabs in the order in which they are laid on; one row each."""
+    """All dabs in the order of painting."""
 
     chart: Float64[np.ndarray, "n 3"]
-    """Column and row of the centre, and rows per mm there."""
+    """Column and row of the centre in the chart, and rows per mm there."""
     centre_mm: Points3
     frame: Float64[np.ndarray, "n 3 3"]
-    """Two axes in the skin and its normal."""
+    """Two tangents of the skin and its normal."""
     shape: Float64[np.ndarray, "n 8"]
-    """Radius in mm, stretch, then amplitude and phase of the edge's harmonics."""
+    """Radius in mm, aspect ratio, then amplitude and phase of the edge's harmonics."""
     colour: Float64[np.ndarray, "n 4"]
     """sRGB and opacity."""
 
@@ -135,10 +134,10 @@ class _Dabs:
 def bake(
     limb: Limb, painting: Painting, seed: int, texel_mm: float, pixel_mm: float = 0.3
 ) -> UInt8[np.ndarray, "rows columns 4"]:
-    """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart.
+    """Paint the texture; texel (r, c) lies at row r / fine, column c / fine of the chart.
 
     Args:
-        pixel_mm: What a pixel shows of the camera for which a printed pattern is made.
+        pixel_mm: Footprint of a pixel of the camera for which a printed pattern is made.
     """
     grid = limb.grid_mm
     step = float(np.linalg.norm(np.diff(grid[-200:, 0], axis=0), axis=1).mean())
@@ -181,24 +180,24 @@ def bake(
 
 @dataclass(frozen=True)
 class _Print:
-    """A printed pattern on the chart."""
+    """A printed fabric on the chart."""
 
     pattern: SockPattern
     x_mm: Float64[np.ndarray, "rows columns"]
-    """Place on the fabric of each of the chart's points."""
+    """Position on the fabric of each point of the chart, with `y_mm`."""
     y_mm: Float64[np.ndarray, "rows columns"]
     cap: Bool[np.ndarray, " rows"]
     """Rows of the sewn cap, whose fabric is cut across the tube's."""
 
     def lay_on(self, colours: UInt8[np.ndarray, "r c 3"], start: int, fine: int) -> None:
-        """Print rows of the texture from `start` on, between the chart's points."""
+        """Print the rows of the texture from `start` on."""
         high, wide = colours.shape[:2]
         row = np.minimum((start + np.arange(high)) / fine, len(self.cap) - 1.0)
         column = np.minimum(np.arange(wide) / fine, self.x_mm.shape[1] - 1.0)
         at = np.stack(np.meshgrid(row, column, indexing="ij")).reshape(2, -1)
         x, y = (map_coordinates(one, at, order=1) for one in (self.x_mm, self.y_mm))
         ink = self.pattern.colours_at(x, y).reshape(high, wide, 3)
-        # a row between tube and cap is the seam: places on the fabric jump there
+        # Between tube and cap lies the seam, at which positions on the fabric jump.
         near = np.floor(row).astype(int)
         seam = self.cap[near] != self.cap[np.minimum(near + 1, len(self.cap) - 1)]
         shade = np.asarray(colours, np.float32) / 255
@@ -206,7 +205,7 @@ class _Print:
 
 
 def _printed(limb: Limb, pixel_mm: float, seed: int) -> _Print:
-    """Fabric round the limb: one tile goes round it, stretched as the limb is wide."""
+    """Fabric of which one tile goes round the limb, stretched to its girth."""
     grid = limb.grid_mm.astype(np.float64)
     round_mm = np.linalg.norm(np.diff(grid, axis=1), axis=2).sum(1)
     nominal_mm = float(np.median(round_mm))
@@ -222,7 +221,7 @@ def _printed(limb: Limb, pixel_mm: float, seed: int) -> _Print:
 
 
 def _dab_count(limb: Limb, coverage: float) -> int:
-    """Dabs that leave 1 - coverage of the area bare (random dabs overlap)."""
+    """Number of dabs that leave 1 - coverage of the area bare, their overlap included."""
     area = 0.5 * np.linalg.norm(limb.mesh.face_normals(), axis=1).sum()
     ratio = _LARGEST_MM / _SMALLEST_MM
     mean_square = 2 * np.log(ratio) / (1 - ratio**-2) * _SMALLEST_MM**2
@@ -230,7 +229,7 @@ def _dab_count(limb: Limb, coverage: float) -> int:
 
 
 def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
-    """Random places, evenly by area; radii with density r^-3: equal area in every octave."""
+    """Random dabs, uniform by area; radii have the density r^-3: equal area in every octave."""
     weighted = limb.mesh.face_normals()
     areas = np.linalg.norm(weighted, axis=1)
     face = rng.choice(len(areas), count, p=areas / areas.sum())
@@ -263,16 +262,16 @@ def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
 
 
 def _in_patches(dabs: _Dabs, bare: float, rng: np.random.Generator) -> _Dabs:
-    """The dabs less a share of them that lie together: the brush did not come there."""
-    ways = rng.normal(size=(_PATCH_WAVES, 3))
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    waves = 2 * np.pi / (_PATCH_MM * rng.uniform(0.7, 2.0, (_PATCH_WAVES, 1))) * ways
-    laid = np.sin(dabs.centre_mm @ waves.T + rng.uniform(0, 2 * np.pi, _PATCH_WAVES)).sum(1)
-    return _chosen(dabs, laid >= np.quantile(laid, bare))
+    """The dabs without a share of them, in contiguous patches."""
+    directions = rng.normal(size=(_PATCH_WAVES, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    waves = 2 * np.pi / (_PATCH_MM * rng.uniform(0.7, 2.0, (_PATCH_WAVES, 1))) * directions
+    field = np.sin(dabs.centre_mm @ waves.T + rng.uniform(0, 2 * np.pi, _PATCH_WAVES)).sum(1)
+    return _chosen(dabs, field >= np.quantile(field, bare))
 
 
 def _thinned(dabs: _Dabs, uneven: float, rng: np.random.Generator) -> _Dabs:
-    """The dabs less a share that grows from none on one side to `uneven` on the other."""
+    """The dabs without a share that grows from 0 on one side to `uneven` on the other."""
     towards = rng.uniform(0, 2 * np.pi)
     aside = dabs.centre_mm[:, :2] - dabs.centre_mm[:, :2].mean(0)
     angle = np.arctan2(aside[:, 1], aside[:, 0]) - towards
@@ -291,7 +290,7 @@ def _chosen(dabs: _Dabs, kept: Bool[np.ndarray, " n"]) -> _Dabs:
 
 
 def _with_spots(dabs: _Dabs, limb: Limb, spots: Sequence[SockSpot]) -> _Dabs:
-    """The dabs and, laid on after them, round opaque spots."""
+    """The dabs and, over them, round opaque spots."""
     for spot in spots:
         row, column = chart_place(limb, spot)
         grid = limb.grid_mm.astype(np.float64)
@@ -315,7 +314,7 @@ def _with_spots(dabs: _Dabs, limb: Limb, spots: Sequence[SockSpot]) -> _Dabs:
 
 @njit(cache=True, nogil=True)
 def _sock(texture: np.ndarray, start: int, stop: int, seeds: np.ndarray):
-    """Off-white knit: every texel a little lighter or darker."""
+    """Off-white knit, with noise in every texel."""
     for r in range(start, stop):
         state = np.uint32(seeds[r])
         for c in range(texture.shape[1]):
@@ -340,7 +339,7 @@ def _lay_on(
     shapes: np.ndarray,
     colours: np.ndarray,
 ):
-    """Lay all dabs, in order, on the texture rows [start, stop)."""
+    """Paint all dabs, in order, on the texture rows [start, stop)."""
     columns = texture.shape[1] - 1
     for k in range(len(centres)):
         reach = shapes[k, 0] * _OUTERMOST
@@ -388,7 +387,7 @@ def _reached(
     frame: np.ndarray,
     shape: np.ndarray,
 ):
-    """Part of a cell's width, at one height in it, that a dab can reach; a little more."""
+    """Interval of a cell's width, at one height in it, that bounds a dab."""
     x = y = right = up = 0.0
     for axis in range(3):
         near = grid[i, j, axis] * (1 - down) + grid[i + 1, j, axis] * down
@@ -410,7 +409,7 @@ def _reached(
 def _blend(
     texture: np.ndarray, r: int, c: int, x: float, y: float, shape: np.ndarray, colour: np.ndarray
 ):
-    """Paint one texel where it lies inside the wavy edge of a dab."""
+    """Blend the dab into one texel if it lies inside the dab's wavy edge."""
     y /= shape[1]
     away = np.sqrt(x * x + y * y)
     if away > _OUTERMOST * shape[0]:

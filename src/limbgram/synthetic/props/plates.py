@@ -1,4 +1,4 @@
-"""Plates on the table: scale bars and mats with coded marks, printed true, beside the limb."""
+"""Plates on the table beside the limb: scale bars and mats with coded marks, of exact size."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from limbgram.synthetic.props.room import Panel
 
 PLATE_HEIGHT_MM = 1.5
 _MARGIN = 0.2
-"""White round the outermost marks, in their sides."""
+"""White border round the outermost marks, in sides of a mark."""
 _TEXEL_MM = 0.1
 _SMOOTH_MM = 0.15
-"""Of the print: a textured panel is looked at once a pixel."""
+"""Blur of the print, as a textured panel has one sample a pixel."""
 _FROM_LIMB_MM = 125.0
 _APART_RAD = 0.8
 _BLACK, _WHITE = 52, 226
@@ -25,15 +25,15 @@ _BLACK, _WHITE = 52, 226
 
 @dataclass(frozen=True)
 class LaidPlate:
-    """A plate in its place."""
+    """A plate on the table."""
 
     panel: Panel
     middles_mm: dict[int, Vector3]
-    """Middle of each mark in the world, by its number."""
+    """Centre of each mark in the world, by its id."""
 
 
 def lay_plates(plates: Sequence[MarkPlate], away_from: Vector3) -> tuple[LaidPlate, ...]:
-    """Lay plates across the way to the limb, on the side that `away_from` leaves free."""
+    """Lay plates round the limb, on the side opposite to `away_from`."""
     free = np.arctan2(-away_from[1], -away_from[0])
     spread = _APART_RAD * (np.arange(len(plates)) - 0.5 * (len(plates) - 1))
     return tuple(_laid(plate, free + turn) for plate, turn in zip(plates, spread, strict=True))
@@ -60,7 +60,7 @@ def _laid(plate: MarkPlate, toward: float) -> LaidPlate:
 def _picture(
     plate: MarkPlate, places_mm: Float64[np.ndarray, "n 2"], size_mm: Float64[np.ndarray, "2"]
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """The print; each texel has the share of black that truly lies in it."""
+    """The print, as a texture that is blurred by `_SMOOTH_MM`."""
     codes = marker_dictionary(plate.dictionary)
     cells = codes.markerSize + 2
     wide, high = np.rint(size_mm / _TEXEL_MM).astype(int).tolist()
@@ -73,8 +73,8 @@ def _picture(
         cell = plate.side_mm / cells
         start = np.append(place - plate.side_mm / 2 - cell, 0.0)
         scale = texel / cell
-        # texel centres to cells; the padded cell's middle is 0
-        motion = np.array(
+        # From texel indices to cell indices, whose centres are integers; cell 0 is the padding.
+        cell_from_texel = np.array(
             [
                 [scale[0], 0.0, (0.5 * texel[0] - start[0]) / cell - 0.5],
                 [0.0, scale[1], (0.5 * texel[1] - start[1]) / cell - 0.5],
@@ -82,7 +82,7 @@ def _picture(
         )
         drawn = cv2.warpAffine(
             tones,
-            motion,
+            cell_from_texel,
             (wide, high),
             flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_CONSTANT,

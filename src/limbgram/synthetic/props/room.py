@@ -1,6 +1,6 @@
-"""The room: flat panels with pictures, and the stand that carries the limb.
+"""The room: flat panels with textures or prints, and the stand of the limb.
 
-In      a seed, and which board lies where.
+In      a seed, and the boards on the table.
 Out     Panels (rectangles with a texture or a printed pattern) and the stand's mesh.
 Frame   world: the table's top is z = 0.
 """
@@ -22,7 +22,7 @@ MARGIN_MM = 15.0
 
 @dataclass(frozen=True)
 class Panel:
-    """A flat rectangle seen from its front: origin corner, unit edges, size, and its picture."""
+    """A rectangle that is visible from its front: corner, unit edges, size and picture."""
 
     origin: Vector3
     right: Vector3
@@ -33,16 +33,16 @@ class Panel:
     print_from_panel: Float64[np.ndarray, "4"] = field(
         default_factory=lambda: np.array([0.0, 0.0, 1.0, 1.0])
     )
-    """Of a printed board: start of the part of the print that the panel shows (x, y, mm from the
-    corner of the margin), and mm of print for a mm of panel in x and y."""
+    """Of a printed board: offset (x, y, mm from the corner of the margin) and scale (x, y) of the
+    part of the print that the panel shows."""
     loose: int = 0
-    """Parts of one thing that can be moved have one number from 1; 0 is fixed."""
+    """Number of the movable thing, from 1, of which it is a part; 0: fixed."""
 
 
 def board_panels(laid: LaidBoard) -> tuple[Panel, ...]:
-    """The board with a white margin round its print.
+    """The board with a white margin; a bent one as a flat strip for each column of squares.
 
-    A bent board has a flat strip for each column of squares, so that its corners lie on the arc.
+    The corners of the strips lie on the arc.
     """
     pose, printed = laid.world_from_board, laid.printed
     width, height = printed.size_mm + 2 * MARGIN_MM
@@ -84,10 +84,10 @@ def board_panels(laid: LaidBoard) -> tuple[Panel, ...]:
 def shifted_about(
     panels: tuple[Panel, ...], reach_mm: float, seed: int, photo_idx: int
 ) -> tuple[Panel, ...]:
-    """The room as one photo shows it where its loose things move: each to its own place.
+    """The room with its movable things shifted for one photo.
 
-    They slide level by up to `reach_mm` each way, and turn about their corner by up to a degree
-    for every 5 mm of it.
+    Each slides by up to `reach_mm` in x and y, and turns about its corner by up to a degree for
+    every 5 mm of that.
     """
     moved: list[Panel] = []
     for panel in panels:
@@ -104,7 +104,7 @@ def shifted_about(
 
 
 def moved_panel(panel: Panel, motion: Rigid) -> Panel:
-    """The panel in another place of the room."""
+    """The panel after a motion in the room."""
     return replace(
         panel,
         origin=motion.apply(panel.origin[None])[0],
@@ -144,7 +144,7 @@ def make_room(seed: int, *, under_stand: bool) -> tuple[Panel, ...]:
         for at in (-900.0, 700.0):
             size = rng.uniform(600, 1100, 2)
             middle = at + rng.uniform(-200, 200), rng.uniform(-200, 500)
-            poster = _upright(side, *middle, (size[0], size[1]), 2980.0, _print(rng, size))
+            poster = _upright(side, *middle, (size[0], size[1]), 2980.0, _poster(rng, size))
             panels.append(_loosened(poster, panels))
     for k in range(4):
         around = turn + 0.4 + k * np.pi / 2 + rng.uniform(-0.3, 0.3)
@@ -154,7 +154,7 @@ def make_room(seed: int, *, under_stand: bool) -> tuple[Panel, ...]:
             rng.uniform(0, 6.28),
             (148, 105),
             0.4 + 0.1 * k,
-            _print(rng, np.array([148, 105])),
+            _poster(rng, np.array([148, 105])),
         )
         panels.append(_loosened(leaflet, panels))
         around += 0.7
@@ -166,17 +166,14 @@ def make_room(seed: int, *, under_stand: bool) -> tuple[Panel, ...]:
 
 
 def _loosened(panel: Panel, others: list[Panel]) -> Panel:
-    """The panel as a thing of its own that can be moved."""
+    """The panel as a movable thing of its own."""
     return replace(panel, loose=1 + max(one.loose for one in others))
 
 
 def make_screens(
     seed: int, camera: Vector3, distance_mm: float, behind: bool, before: bool
 ) -> tuple[Panel, ...]:
-    """Patterned screens that face a camera: one behind the limb, strips on both sides before it.
-
-    The strips leave the middle of the picture free.
-    """
+    """Patterned screens that face a camera: one behind the limb, and a strip on each side."""
     rng = np.random.default_rng((seed, 15))
     level = np.array([camera[0], camera[1], 0.0])
     inward = -level / np.linalg.norm(level)
@@ -196,16 +193,16 @@ def make_screens(
 
 
 def _cloth(rng: np.random.Generator, size_mm: np.ndarray) -> UInt8[np.ndarray, "h w 3"]:
-    """A dense pattern, of shapes of about a centimetre."""
+    """A dense pattern of shapes of about a centimetre."""
     share = 10.0 / float(size_mm.min())
     count = int(size_mm.prod() / 500.0)
-    return _print(rng, size_mm, count, (0.4 * share, 1.5 * share), 2200.0)
+    return _poster(rng, size_mm, count, (0.4 * share, 1.5 * share), 2200.0)
 
 
 def _facing(
     middle: np.ndarray, inward: np.ndarray, along: float, size: np.ndarray, picture: np.ndarray
 ) -> Panel:
-    """An upright panel on the table whose front looks against `inward`."""
+    """An upright panel on the table that faces opposite to `inward`."""
     down = np.array([0.0, 0.0, -1.0])
     right = np.cross(down, inward)
     corner = middle + (along - 0.5 * size[0]) * right - size[1] * down
@@ -252,7 +249,7 @@ def _upright(
     away: float,
     picture: np.ndarray,
 ) -> Panel:
-    """A panel on wall `side`, whose front looks at the middle of the room."""
+    """A panel on wall `side` that faces the middle of the room."""
     inward = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)][side], float)
     right = np.array([-inward[1], inward[0], 0.0])
     down = np.array([0.0, 0.0, -1.0])
@@ -270,7 +267,7 @@ def _box(rng: np.random.Generator, place: np.ndarray) -> list[Panel]:
     """A cuboid on the table: its top and four sides."""
     turn, tall = rng.uniform(0, 6.28), rng.uniform(35, 75)
     wide, deep = rng.uniform(45, 80, 2)
-    panels = [_flat(place, turn, (wide, deep), tall, _print(rng, np.array([wide, deep])))]
+    panels = [_flat(place, turn, (wide, deep), tall, _poster(rng, np.array([wide, deep])))]
     side, back = panels[0].right, -panels[0].down
     down = np.array([0.0, 0.0, -1.0])
     for outward, width, reach in (
@@ -282,7 +279,7 @@ def _box(rng: np.random.Generator, place: np.ndarray) -> list[Panel]:
         across = np.array([-outward[1], outward[0], 0.0])
         origin = np.array([*place, tall]) + 0.5 * reach * outward - 0.5 * width * across
         size = np.array([width, tall])
-        panels.append(Panel(origin, across, down, size, _print(rng, size)))
+        panels.append(Panel(origin, across, down, size, _poster(rng, size)))
     return panels
 
 
@@ -293,7 +290,7 @@ def _grain(
     colour: tuple[int, int, int],
     depth: float,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Wood, carpet or plaster: noise in octaves, drawn out to `grain` texels down and across."""
+    """Wood, carpet or plaster: noise in octaves, stretched to `grain` texels down and across."""
     total = np.zeros(shape, np.float32)
     for octave in range(5):
         small = (
@@ -311,23 +308,23 @@ def _grain(
 def _shaded(
     picture: UInt8[np.ndarray, "h w 3"], middle_texel: np.ndarray, reach_texels: float
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Darkened under the limb, where the room's light does not reach."""
+    """The picture darkened round a texel, as under the limb."""
     y, x = np.indices(picture.shape[:2], dtype=np.float32)
     away2 = (x - middle_texel[0]) ** 2 + (y - middle_texel[1]) ** 2
     light: Float32[np.ndarray, "h w"] = 1 - 0.4 * np.exp(-away2 / (2 * reach_texels**2))
     return (picture * light[..., None]).astype(np.uint8)
 
 
-def _print(
+def _poster(
     rng: np.random.Generator,
     size_mm: np.ndarray,
     shapes: int = 28,
     reaches: tuple[float, float] = (0.03, 0.16),
     longest_px: float = 600.0,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """A poster or leaflet: random shapes and words on a ground.
+    """A poster or leaflet: random shapes and words on a background.
 
-    `reaches` are shares of its shorter side.
+    `reaches` are the sizes of shapes, as shares of its shorter side.
     """
     per_mm = min(3.0, longest_px / size_mm.max())
     height, width = int(size_mm[1] * per_mm) + 1, int(size_mm[0] * per_mm) + 1

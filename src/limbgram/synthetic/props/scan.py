@@ -1,14 +1,13 @@
-"""Scans: a limb's shape from a file, as rings of radii that a Limb can be built of.
+"""Scans: the shape of a file as rings of radii, of which a Limb is built.
 
-In      a shape file of any format that is read, and its unit where the file does not say it.
+In      a shape file of any format that is read, and its unit if the file lacks it.
 Out     a Scan: radii by height and angle about the long axis, and over the closed end by elevation;
         of it a Limb, standing upright with the closed end up, as all limbs here do.
-Method  The largest piece of surface is stood on its long axis. Rays go out level from the axis,
-        and above the middle of the end's dome they fan out from that middle up to the pole; each
-        takes the outermost crossing, so that of a socket the outside is taken. Ragged rows of the
-        open end are left out, holes are filled by the smoothest radii, and the facets of the scan
-        are rounded by half the length of its edges. What is photographed is the limb built of
-        these radii, and that is the truth, not the file.
+Method  The largest component is stood on its long axis. Level rays are cast from the axis, and
+        from the centre of the end's dome a fan of rays up to the pole; each takes its outermost
+        crossing, so that of a socket the outside is taken. Ragged rows of the open end are left
+        out, holes are filled by the smoothest radii, and facets are smoothed by half an edge
+        length. The limb built of these radii, not the file, is what is photographed, and the truth.
         A surface whose rays cross the outside several times, as a foot's with its shank, is taken
         as a bent shape (bent.py) where it has an open end.
 Fails   ShapeFileError: no long axis, rays that cross the outside several times and no open end,
@@ -36,49 +35,51 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, largest_piece
 from limbgram.findings import Finding, note
 from limbgram.formats.reading import ShapeFile, read_shape
-from limbgram.synthetic.props.bent import BentShape, stood, upright
+from limbgram.synthetic.props.bent import BentShape, rotation_to_upright, stand_on_rim
 from limbgram.synthetic.props.details import PLAIN, SkinDetails
 from limbgram.synthetic.props.limb import (
     Limb,
     Relief,
     limb_of_skin,
-    relieved,
+    with_relief,
 )
 
 _STEP_MM = 1.5
-"""Between rays, on the surface of a limb of average width."""
+"""Distance between rays on the surface of a limb of average width."""
 _LONGEST_MM, _SHORTEST_MM = 450.0, 50.0
 _WIDEST_MM = 150.0
-"""Radius of what stands clear of the board on the table."""
+"""Largest radius that stands clear of the board on the table."""
 _NEAR_BOARD_MM = 60.0
-"""Below, a bent shape must leave the board free; what juts out above hides it to one side only."""
+"""Height below which a bent shape must keep to `_WIDEST_MM`; above, it hides the board from one
+side only."""
 _BENDS = frozenset({"made.scan.no_axis", "made.scan.folded", "made.scan.steep"})
-"""Refusals of a shape that has no rings round a straight axis."""
+"""Refusals of shapes that have no rings round a straight axis."""
 _USUAL_HEIGHT_MM = 250.0
-"""Of a limb that is whole in nearly every photo from the usual distance."""
+"""Height of a limb that is whole in nearly every photo from the usual distance."""
 _NEAREST_SHARE = 0.85
-"""Of the usual distance: from nearer the board would leave the photo."""
+"""Least share of the usual distance: from nearer the board would leave the photo."""
 _DISTANCES_MM = (500.0, 2500.0)
 _WIDEST_HOLE_MM = 40.0
 _MOST_MISSING = 0.1
-"""Share of rays that may meet a hole."""
+"""Largest share of rays that meet a hole."""
 _FOLD_MM = 3.0
-"""Outer crossings of one ray that are farther apart are a second surface."""
+"""Outer crossings of a ray farther apart are two surfaces."""
 _MOST_FOLDED = 0.02
-"""Share of rays that may have one."""
+"""Largest share of such rays."""
 _STEEPEST = 2.0
-"""Change of radius for a step across the rays: beyond 63 degrees the rays see a surface badly."""
+"""Slope, change of radius per step across the rays, beyond which rays chart a surface badly."""
 _MOST_STEEP = 0.005
-"""Share of the surface that may be as steep: seven limbs have none of it, a foot has 0.018."""
-_ROUNDEST_MM = 3.0
-_OPEN_SHARE = 2.0
-"""How many times more open edge the open end has than the closed one."""
+"""Largest share of steeper steps: seven limbs have none, a foot has 0.018."""
+_MOST_SMOOTHING_MM = 3.0
+_OPEN_RATIO = 2.0
+"""Least ratio of the open edges' lengths at the two ends that tells the open end."""
 _THINNER = 0.98
+"""Ratio of the two ends' widths below which the thinner end counts as the closed one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scan:
-    """A limb's shape as radii; two are the same if their files and units are."""
+    """A limb's shape as radii; compared by hash, unit and side."""
 
     sha256: str
     """Of the file."""
@@ -88,22 +89,22 @@ class Scan:
     height_mm: float = field(compare=False)
     """From the lowest row to the pole."""
     tube_mm: float = field(compare=False)
-    """Height, over the lowest row, of the middle that the rays of the dome go out from."""
+    """Height of the dome's centre above the lowest row."""
     tube_rows: int = field(compare=False)
-    """Rows of level rays; all others are the dome's, the pole the last."""
+    """Number of rows of level rays; the others fan out from the dome's centre to the pole."""
     radii_mm: Float64[np.ndarray, "rows columns"] = field(compare=False)
-    """From the axis, then from the middle of the dome; columns at equal angles from +x."""
+    """From the axis, then from the dome's centre; columns at equal angles from +x."""
     anterior_rad: float = field(compare=False)
     notes: tuple[Finding, ...] = field(compare=False)
     """What was left out or filled."""
 
 
 def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan | BentShape:
-    """Read a shape and find its radii, or the rings of one that bends, as a foot with its shank.
+    """Read a shape as radii or, if it bends, as a foot with its shank, as a BentShape.
 
     Args:
-        mm_per_unit: Millimetres in one unit of the file; None takes what the file says, and
-            otherwise millimetres if the size is that of a limb.
+        mm_per_unit: None takes the file's unit or, if it has none, millimetres if the size is that
+            of a limb.
 
     Raises:
         ShapeFileError: the file cannot be read, or its shape has no rings.
@@ -145,10 +146,10 @@ def _straight(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: st
 
 
 def _bent(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -> BentShape:
-    bent = stood(mesh, name)
-    places = bent.mesh.vertices_mm
-    low = places[places[:, 2] < _NEAR_BOARD_MM, :2]
-    _require_size(float(places[:, 2].max()), float(np.linalg.norm(low, axis=1).max()), name)
+    bent = stand_on_rim(mesh, name)
+    vertices = bent.mesh.vertices_mm
+    low = vertices[vertices[:, 2] < _NEAR_BOARD_MM, :2]
+    _require_size(float(vertices[:, 2].max()), float(np.linalg.norm(low, axis=1).max()), name)
     limb_from_mesh = shape.limb.known_limb_from_mesh
     cut_off = bent.cut_mm > _STEP_MM
     return BentShape(
@@ -164,7 +165,7 @@ def _bent(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -
 
 
 def _anterior_rad(world_from_mesh: Rigid, limb_from_mesh: Rigid | None) -> float:
-    """Where the limb's front looks, as its file says it; +y without a word."""
+    """Azimuth of the anterior direction by the file's limb frame; +y without one."""
     anterior = np.array([0.0, 1.0, 0.0])
     if limb_from_mesh is not None:
         anterior = world_from_mesh.rotation @ limb_from_mesh.rotation.T @ anterior
@@ -179,7 +180,7 @@ def limb_of_scan(
     relief: Relief,
     details: SkinDetails = PLAIN,
 ) -> Limb:
-    """Build the limb, with the fine relief and the details of this seed on it."""
+    """Build the limb, with relief and details."""
     rows, columns = scan.radii_mm.shape
     angle = 2 * np.pi * np.arange(columns) / columns
     wrapped = np.concatenate([angle - 2 * np.pi, angle, angle + 2 * np.pi])
@@ -191,15 +192,15 @@ def limb_of_scan(
     around = 2 * np.pi * np.arange(round(2 * np.pi * radius.max() / step_mm))
     around /= len(around)
     away, height = _placed(scan, at[:, None], surface(at, around))
-    turn = np.stack([np.cos(around), np.sin(around)], -1)
-    skin = np.concatenate([away[..., None] * turn, height[..., None]], -1)
-    skin = relieved(skin, relief, np.random.default_rng((seed, 1)))
+    directions = np.stack([np.cos(around), np.sin(around)], -1)
+    skin = np.concatenate([away[..., None] * directions, height[..., None]], -1)
+    skin = with_relief(skin, relief, np.random.default_rng((seed, 1)))
     side = "left" if scan.side == "left" else "right"
     return limb_of_skin(skin, details, seed, base_mm, side, scan.anterior_rad)
 
 
 def distance_for(scan: Scan | BentShape, usual_mm: float) -> float:
-    """From where the limb fills the photo as ours does from the usual distance."""
+    """Distance at which the limb fills the photo as ours does from the usual distance."""
     share = max(_NEAREST_SHARE, scan.height_mm / _USUAL_HEIGHT_MM)
     return float(np.clip(share * usual_mm, *_DISTANCES_MM))
 
@@ -210,21 +211,21 @@ def _edge_mm(mesh: Mesh) -> float:
 
 
 def _upright(mesh: Mesh, limb_from_mesh: Rigid | None, name: str) -> Rigid:
-    """The motion that stands the shape on its axis, the closed end up."""
+    """world_from_mesh that stands the shape on its long axis, the closed end up."""
     try:
         axis = fit_axis(mesh)
     except MeasureError as error:
         raise ShapeFileError("made.scan.no_axis", name=name) from error
     up = axis.direction * _sense(mesh, axis.point_mm, axis.direction, limb_from_mesh)
-    rotation = upright(up)
+    rotation = rotation_to_upright(up)
     return Rigid(rotation, -rotation @ axis.point_mm)
 
 
 def _sense(mesh: Mesh, point: Vector3, direction: Vector3, limb_from_mesh: Rigid | None) -> float:
     """1.0 if the closed end lies along the direction, -1.0 if against it.
 
-    An open end is the lower one; where both are alike the file's own frame says it, then the
-    thinner end goes up, and of two ends alike in all that which is up in the file.
+    The closed end is told by, in this order: the length of open edges, the file's limb frame, the
+    thinner end, the axes of the file.
     """
     along = (mesh.vertices_mm - point) @ direction
     low, high = float(along.min()), float(along.max())
@@ -232,7 +233,7 @@ def _sense(mesh: Mesh, point: Vector3, direction: Vector3, limb_from_mesh: Rigid
     open_mm = np.linalg.norm(np.diff(mesh.vertices_mm[ends], axis=1)[:, 0], axis=1)
     upper = along[ends].mean(1) > (low + high) / 2
     above, below = float(open_mm[upper].sum()), float(open_mm[~upper].sum())
-    if max(above, below) > _OPEN_SHARE * min(above, below):
+    if max(above, below) > _OPEN_RATIO * min(above, below):
         return 1.0 if below > above else -1.0
     if limb_from_mesh is not None:
         proximal = limb_from_mesh.rotation.T @ np.array([0.0, 0.0, 1.0])
@@ -249,9 +250,9 @@ def _sense(mesh: Mesh, point: Vector3, direction: Vector3, limb_from_mesh: Rigid
 def _width_between(
     share: Float64[np.ndarray, " n"], aside: Float64[np.ndarray, " n"], low: float, high: float
 ) -> float:
-    """Mean distance from the axis of the vertices of one part of the length; of all if it is bare.
+    """Mean distance from the axis of the vertices of one part of the length.
 
-    A cylinder of long triangles has vertices at its ends alone.
+    Of all vertices if the part has none, as a cylinder of long triangles.
     """
     within = (share >= low) & (share <= high)
     return float(aside[within].mean() if within.any() else aside.mean())
@@ -288,7 +289,7 @@ def _cast_all(mesh: Mesh, name: str) -> _Rays:
     level = np.stack([np.cos(angles), np.sin(angles), np.zeros(columns)], -1)
     corners = mesh.vertices_mm[mesh.faces]
     bottom, top = corners[..., 2].min(1), corners[..., 2].max(1)
-    rows: list[_Met] = []
+    rows: list[_RowHits] = []
     for height in middle - _STEP_MM * np.arange(tube_rows, 0, -1):
         near = corners[(bottom <= height) & (top >= height)]
         rows.append(_cast(near - np.array([0.0, 0.0, height]), level))
@@ -318,22 +319,24 @@ def _require_size(height_mm: float, radius_mm: float, name: str) -> None:
     )
 
 
-class _Met(NamedTuple):
-    """What the rays of one row meet."""
+class _RowHits(NamedTuple):
+    """What the rays of one row hit."""
 
     radii_mm: Float64[np.ndarray, " columns"]
     folded: Bool[np.ndarray, " columns"]
-    """Which leave the shape at two places that lie apart."""
+    """Rays that leave the shape at two places more than `_FOLD_MM` apart."""
 
 
-def _cast(corners: Float64[np.ndarray, "n 3 3"], rays: Float64[np.ndarray, "columns 3"]) -> _Met:
-    """The outermost place where each ray from the origin leaves the surface.
+def _cast(
+    corners: Float64[np.ndarray, "n 3 3"], rays: Float64[np.ndarray, "columns 3"]
+) -> _RowHits:
+    """The outermost crossing at which each ray from the origin leaves the surface.
 
     A ray leaves through a triangle a, b, c that is counter-clockwise seen from outside where all of
     ray . (b x c), ray . (c x a) and ray . (a x b) are positive.
     """
     if len(corners) == 0:
-        return _Met(np.full(len(rays), np.nan), np.zeros(len(rays), bool))
+        return _RowHits(np.full(len(rays), np.nan), np.zeros(len(rays), bool))
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     sides = [np.cross(one, other) for one, other in ((b, c), (c, a), (a, b))]
     volume = (a * sides[0]).sum(1)
@@ -343,52 +346,54 @@ def _cast(corners: Float64[np.ndarray, "n 3 3"], rays: Float64[np.ndarray, "colu
     leaves = (on[0] >= slack) & (on[1] >= slack) & (on[2] >= slack) & (total > 0) & (volume > 0)
     far = np.divide(volume, total, out=np.full(total.shape, np.nan), where=leaves)
     farthest, nearest = np.fmax.reduce(far, axis=1), np.fmin.reduce(far, axis=1)
-    return _Met(farthest, np.nan_to_num(farthest - nearest) > _FOLD_MM)
+    return _RowHits(farthest, np.nan_to_num(farthest - nearest) > _FOLD_MM)
 
 
 def _dots(
     rays: Float64[np.ndarray, "columns 3"], sides: Float64[np.ndarray, "n 3"]
 ) -> Float64[np.ndarray, "columns n"]:
-    """Each ray by each side; term by term, as sums over an axis of three take longer."""
+    """Dot product of each ray with each side; written out, as sums over three terms are slower."""
     (x, y, z), (u, v, w) = rays.T[:, :, None], sides.T
     return x * u + y * v + z * w
 
 
 class _Caps(NamedTuple):
-    """The round patch of the sky that holds each triangle."""
+    """Spherical cap of directions that bounds each triangle, seen from the origin."""
 
     elevation_rad: Float64[np.ndarray, " n"]
+    """Of its centre."""
     reach_rad: Float64[np.ndarray, " n"]
+    """Its angular radius."""
 
 
 def _caps(corners: Float64[np.ndarray, "n 3 3"]) -> _Caps:
-    size = np.maximum(np.linalg.norm(corners, axis=2, keepdims=True), 1e-9)
-    towards = corners / size
-    middle = towards.sum(1)
-    long = np.linalg.norm(middle, axis=1)
-    middle /= np.maximum(long, 1e-9)[:, None]
-    nearness = (towards * middle[:, None]).sum(2).min(1)
-    reach = np.arccos(np.clip(nearness, -1.0, 1.0)) + 1e-6
-    whole = (long < 1e-6) | (reach >= 0.5 * np.pi)
-    reach[whole] = np.pi
-    return _Caps(np.arcsin(np.clip(middle[:, 2], -1.0, 1.0)), reach)
+    distances = np.maximum(np.linalg.norm(corners, axis=2, keepdims=True), 1e-9)
+    directions = corners / distances
+    centre = directions.sum(1)
+    length = np.linalg.norm(centre, axis=1)
+    centre /= np.maximum(length, 1e-9)[:, None]
+    least_cosine = (directions * centre[:, None]).sum(2).min(1)
+    reach = np.arccos(np.clip(least_cosine, -1.0, 1.0)) + 1e-6
+    unbounded = (length < 1e-6) | (reach >= 0.5 * np.pi)
+    reach[unbounded] = np.pi
+    return _Caps(np.arcsin(np.clip(centre[:, 2], -1.0, 1.0)), reach)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Rings:
-    """Whole rings."""
+    """Rings of radii without holes."""
 
     radii_mm: Float64[np.ndarray, "rows columns"]
     tube_rows: int
     tube_mm: float
     cut_mm: float
-    """Left out of the open end."""
+    """Height of the rows of the open end that were left out."""
     missing: float
-    """Share that was filled."""
+    """Share of the radii that was filled."""
 
 
 def _rings(rays: _Rays, edge_mm: float, name: str) -> _Rings:
-    """Ragged rows left out, holes filled, facets rounded.
+    """Radii with ragged rows left out, holes filled and facets smoothed.
 
     Raises:
         ShapeFileError: too much is missing, or a hole is too wide.
@@ -402,7 +407,7 @@ def _rings(rays: _Rays, edge_mm: float, name: str) -> _Rings:
         raise ShapeFileError("made.scan.holes", name=name, share=missing, most_share=_MOST_MISSING)
     filled = _filled(radii, known)
     shape = _Rings(
-        radii_mm=_rounded(filled, edge_mm),
+        radii_mm=_smoothed(filled, edge_mm),
         tube_rows=tube_rows,
         tube_mm=tube_rows * _STEP_MM,
         cut_mm=rays.middle_mm - tube_rows * _STEP_MM - rays.lowest_mm,
@@ -412,8 +417,8 @@ def _rings(rays: _Rays, edge_mm: float, name: str) -> _Rings:
     if steep > _MOST_STEEP:
         raise ShapeFileError("made.scan.steep", name=name, share=steep)
     if missing > 0:
-        places = _points(shape)
-        off, _ = KDTree(places[known]).query(places[~known])
+        points = _points(shape)
+        off, _ = KDTree(points[known]).query(points[~known])
         wide_mm = 2 * float(np.max(off))
         if wide_mm > _WIDEST_HOLE_MM:
             raise ShapeFileError(
@@ -423,7 +428,7 @@ def _rings(rays: _Rays, edge_mm: float, name: str) -> _Rings:
 
 
 def _first_whole_row(rays: _Rays) -> int:
-    """The lowest row that is as whole as the rows above it and no point of the shape."""
+    """The lowest row that is as complete as those above it, and not narrower than half of them."""
     tube = rays.radii_mm[: rays.tube_rows]
     met = np.isfinite(tube).mean(1)
     wide = np.nan_to_num(np.nanmean(np.where(met[:, None] > 0, tube, 0.0), axis=1))
@@ -434,41 +439,41 @@ def _first_whole_row(rays: _Rays) -> int:
 def _filled(
     radii_mm: Float64[np.ndarray, "rows columns"], known: Bool[np.ndarray, "rows columns"]
 ) -> Float64[np.ndarray, "rows columns"]:
-    """Holes closed by the radii whose squared second differences have the least sum."""
+    """Radii with holes filled so that the sum of squared second differences is least."""
     if known.all():
         return radii_mm
     rows, columns = radii_mm.shape
     ids = np.arange(rows * columns).reshape(rows, columns)
-    curved = [
+    triples = [
         (np.roll(ids, 1, 1), ids, np.roll(ids, -1, 1)),
         (ids[:-2], ids[1:-1], ids[2:]),
     ]
-    before, at, after = (np.concatenate([one[k].ravel() for one in curved]) for k in range(3))
+    before, at, after = (np.concatenate([one[k].ravel() for one in triples]) for k in range(3))
     count = len(at)
     weights = np.repeat([1.0, -2.0, 1.0], count)
     row, column = np.tile(np.arange(count), 3), np.concatenate([before, at, after])
-    bends = csc_array(coo_array((weights, (row, column)), (count, rows * columns)))
+    second_differences = csc_array(coo_array((weights, (row, column)), (count, rows * columns)))
     unknown, given = np.flatnonzero(~known), np.flatnonzero(known)
-    free = csc_array(bends[:, unknown])
-    held = bends[:, given] @ radii_mm.ravel()[given]
-    whole = radii_mm.copy().ravel()
-    whole[unknown] = spsolve(csc_array(free.T @ free), -(free.T @ held))
-    return whole.reshape(rows, columns)
+    free = csc_array(second_differences[:, unknown])
+    held = second_differences[:, given] @ radii_mm.ravel()[given]
+    filled = radii_mm.copy().ravel()
+    filled[unknown] = spsolve(csc_array(free.T @ free), -(free.T @ held))
+    return filled.reshape(rows, columns)
 
 
-def _rounded(
+def _smoothed(
     radii_mm: Float64[np.ndarray, "rows columns"], edge_mm: float
 ) -> Float64[np.ndarray, "rows columns"]:
-    """Facets rounded by half an edge of the file's triangles; the pole is one point."""
-    reach = min(0.5 * edge_mm, _ROUNDEST_MM) / _STEP_MM
-    along = gaussian_filter1d(radii_mm, reach, axis=0, mode="nearest")
-    smooth = gaussian_filter1d(along, reach, axis=1, mode="wrap")
+    """Radii smoothed over half an edge of the file's triangles; the pole is one point."""
+    sigma = min(0.5 * edge_mm, _MOST_SMOOTHING_MM) / _STEP_MM
+    along = gaussian_filter1d(radii_mm, sigma, axis=0, mode="nearest")
+    smooth = gaussian_filter1d(along, sigma, axis=1, mode="wrap")
     smooth[-1] = smooth[-1].mean()
     return smooth
 
 
 def _steep(rings: _Rings) -> float:
-    """Share of steps from ray to ray in which the radius changes too much."""
+    """Share of steps from ray to ray that are steeper than `_STEEPEST`."""
     radii = rings.radii_mm
     rows, columns = radii.shape
     around = np.abs(radii - np.roll(radii, 1, axis=1))[:-1] / (radii[:-1] * 2 * np.pi / columns)
@@ -476,7 +481,7 @@ def _steep(rings: _Rings) -> float:
     step = np.full((rows - 1, 1), _STEP_MM) * np.ones(columns)
     step[rings.tube_rows :] = radii[rings.tube_rows + 1 :] * fan_rad
     along = np.abs(np.diff(radii, axis=0)) / step
-    # columns meet at the pole, where a step round it is next to nothing
+    # Towards the pole columns converge, and a step round it is foreshortened.
     around[rings.tube_rows :] *= np.cos(np.arange(rows - 1 - rings.tube_rows) * fan_rad)[:, None]
     return float(np.mean((around > _STEEPEST) | (along > _STEEPEST)))
 
@@ -491,7 +496,7 @@ def _points(rings: "_Rings | Scan") -> Float64[np.ndarray, "rows columns 3"]:
 def _placed(
     rings: "_Rings | Scan", row: Float64[np.ndarray, "..."], radii_mm: Float64[np.ndarray, "..."]
 ) -> tuple[Float64[np.ndarray, "..."], Float64[np.ndarray, "..."]]:
-    """Distance from the axis and height over the lowest row, of radii at these rows."""
+    """Distance from the axis and height above the lowest row of radii at these rows."""
     fan = len(rings.radii_mm) - rings.tube_rows - 1
     elevation = np.clip((row - rings.tube_rows) / fan, 0.0, 1.0) * 0.5 * np.pi
     start = np.minimum(row / rings.tube_rows, 1.0) * rings.tube_mm

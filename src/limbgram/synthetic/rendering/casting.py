@@ -1,12 +1,13 @@
-"""Compiled: which surface each sample of a picture shows, and its light.
+"""Compiled kernels: which surface each sample of a picture shows, and its light.
 
-Sample (i, j) of a buffer that begins at pixel (left, top) and has `fine` samples a pixel side
-lies at pixel x = left + (j + 0.5) / fine - 0.5: pixel centres are whole numbers.
+In a buffer that begins at pixel (left, top), with `fine` samples along a pixel's side, column j
+lies at x = left + (j + 0.5) / fine - 0.5: pixel centres are integers. The mesh is rasterised with
+a z-buffer of inv_z depths; panels are ray cast.
 """
 
 import numpy as np
 
-from limbgram.core.geometry.lens import ideal_of
+from limbgram.core.geometry.lens import ideal_from_pixel
 from limbgram.core.kernels import njit
 from limbgram.synthetic.rendering.shading import (
     Light,
@@ -25,7 +26,7 @@ _TOLERANCE = 1e-11
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def rasterise(
-    nearness: np.ndarray,
+    inverse_depth: np.ndarray,
     face: np.ndarray,
     left: int,
     top: int,
@@ -34,7 +35,7 @@ def rasterise(
     points: np.ndarray,
     faces: np.ndarray,
 ):
-    """Draw front faces: 1 / depth and face number of the nearest one, by sample."""
+    """Draw front faces: fill inverse depth and index of the nearest face at each sample."""
     for k in range(len(faces)):
         a, b, c = faces[k, 0], faces[k, 1], faces[k, 2]
         ax = (screen[a, 0] - left + 0.5) * fine - 0.5
@@ -58,9 +59,9 @@ def rasterise(
                 wc = 1 - wa - wb
                 if wa < -1e-9 or wb < -1e-9 or wc < -1e-9:
                     continue
-                near = np.float32(wa * za + wb * zb + wc * zc)
-                if near > nearness[y, x]:
-                    nearness[y, x] = near
+                inv_z = np.float32(wa * za + wb * zb + wc * zc)
+                if inv_z > inverse_depth[y, x]:
+                    inverse_depth[y, x] = inv_z
                     face[y, x] = k
 
 
@@ -70,7 +71,7 @@ def shade(
     top: int,
     fine: int,
     left: int,
-    nearness: np.ndarray,
+    inverse_depth: np.ndarray,
     face: np.ndarray,
     lens: np.ndarray,
     panels: Panels,
@@ -83,13 +84,13 @@ def shade(
     ideal = np.empty((rows + 2, columns + 2, 2))
     for y in range(rows + 2):
         for x in range(columns + 2):
-            ix, iy = ideal_of(x - 1.0, top + y - 1.0, lens, _UNDISTORT_STEPS, _TOLERANCE)
+            ix, iy = ideal_from_pixel(x - 1.0, top + y - 1.0, lens, _UNDISTORT_STEPS, _TOLERANCE)
             ideal[y, x, 0], ideal[y, x, 1] = ix, iy
-            hit[y, x] = _look(ix, iy, panels)
+            hit[y, x] = _first_panel(ix, iy, panels)
     for y in range(rows):
         for x in range(columns):
-            plain = _is_plain(hit, x, y)
-            if plain and not _is_drawn(face, x - left, y, fine):
+            uniform = _is_uniform(hit, x, y)
+            if uniform and not _shows_mesh(face, x - left, y, fine):
                 ix, iy = ideal[y + 1, x + 1, 0], ideal[y + 1, x + 1, 1]
                 red, green, blue = panel_light(ix, iy, hit[y + 1, x + 1] // 2, panels, light)
                 picture[y, x, 0], picture[y, x, 1], picture[y, x, 2] = red, green, blue
@@ -99,13 +100,13 @@ def shade(
                 py = top + y + (i // fine + 0.5) / fine - 0.5
                 row, column = y * fine + i // fine, (x - left) * fine + i % fine
                 k = face[row, column] if 0 <= column < face.shape[1] else -1
-                near = nearness[row, column] if k >= 0 else np.float32(0)
+                inv_z = inverse_depth[row, column] if k >= 0 else np.float32(0)
                 ix, iy = ideal[y + 1, x + 1, 0], ideal[y + 1, x + 1, 1]
                 behind = hit[y + 1, x + 1] // 2
-                if not plain or k < 0:
-                    ix, iy = ideal_of(px, py, lens, _UNDISTORT_STEPS, _TOLERANCE)
-                    behind = _look(ix, iy, panels) // 2
-                if k >= 0 and (behind < 0 or near * depth_on(ix, iy, panels.rows, behind) > 1.0):
+                if not uniform or k < 0:
+                    ix, iy = ideal_from_pixel(px, py, lens, _UNDISTORT_STEPS, _TOLERANCE)
+                    behind = _first_panel(ix, iy, panels) // 2
+                if k >= 0 and (behind < 0 or inv_z * depth_on(ix, iy, panels.rows, behind) > 1.0):
                     red, green, blue = mesh_light(px, py, k, triangles, light)
                 else:
                     red, green, blue = panel_light(ix, iy, behind, panels, light)
@@ -115,8 +116,8 @@ def shade(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _look(x: float, y: float, panels: Panels):
-    """Twice the number of the first panel on the ray, one more on white print; -2 for none."""
+def _first_panel(x: float, y: float, panels: Panels):
+    """Twice the index of the first panel on the ray, plus 1 on white print; -2 for none."""
     best, found, white = np.inf, -1, 0
     rows, bounds = panels.rows, panels.bounds
     for k in range(len(rows)):
@@ -134,8 +135,8 @@ def _look(x: float, y: float, panels: Panels):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_plain(hit: np.ndarray, x: int, y: int):
-    """Whether one sample will do: the same panel, and the same print, all round."""
+def _is_uniform(hit: np.ndarray, x: int, y: int):
+    """Whether one sample suffices: the pixel and its eight neighbours hit the same."""
     for i in range(3):
         for j in range(3):
             if hit[y + i, x + j] != hit[y + 1, x + 1]:
@@ -144,8 +145,8 @@ def _is_plain(hit: np.ndarray, x: int, y: int):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_drawn(face: np.ndarray, x: int, y: int, fine: int):
-    """Whether the mesh is in any sample of the pixel (x, y) of the buffer."""
+def _shows_mesh(face: np.ndarray, x: int, y: int, fine: int):
+    """Whether any sample of the buffer's pixel (x, y) shows the mesh."""
     if x < 0 or (x + 1) * fine > face.shape[1]:
         return False
     for i in range(fine):

@@ -1,6 +1,6 @@
-"""Developing: from linear light to a JPEG as a camera writes it, with EXIF.
+"""Developing: from linear light to a JPEG with EXIF, as a camera writes it.
 
-In      a linear picture, and how much blur and noise to add.
+In      a linear picture, and the amounts of blur and noise.
 Out     8-bit sRGB; a JPEG file.
 """
 
@@ -24,6 +24,7 @@ _TONE_OF_LIGHT: UInt8[np.ndarray, " tones"] = np.rint(
 ).astype(np.uint8)
 
 LinearPicture = Float32[np.ndarray, "h w 3"]
+"""Linear RGB, as the renderer gives it."""
 
 
 def softened(picture: LinearPicture, blur_px: float) -> LinearPicture:
@@ -34,7 +35,7 @@ def softened(picture: LinearPicture, blur_px: float) -> LinearPicture:
 
 
 def shaken(picture: LinearPicture, length_px: float, angle_rad: float) -> LinearPicture:
-    """Blurred along a line that is centred on the true place."""
+    """Motion blur along a straight line, centred so that nothing shifts."""
     half = int(np.ceil(length_px / 2)) + 1
     kernel = np.zeros((2 * half + 1, 2 * half + 1), np.float32)
     for along in np.linspace(-length_px / 2, length_px / 2, 16 * half + 1):
@@ -46,7 +47,7 @@ def shaken(picture: LinearPicture, length_px: float, angle_rad: float) -> Linear
 
 
 def exposed(picture: LinearPicture, factors: Float64[np.ndarray, "3"]) -> LinearPicture:
-    """As automatic exposure and white balance take it."""
+    """Scaled by factors of red, green and blue, as by automatic exposure and white balance."""
     return picture if (factors == 1.0).all() else picture * factors.astype(np.float32)
 
 
@@ -58,15 +59,20 @@ def developed(picture: LinearPicture, noise: float, rng: np.random.Generator) ->
 
 
 def defocused(
-    picture: LinearPicture, nearness: Float32[np.ndarray, "h w"], focus_mm: float, reach: float
+    picture: LinearPicture,
+    inverse_depth: Float32[np.ndarray, "h w"],
+    focus_mm: float,
+    pupil_mm_px: float,
 ) -> LinearPicture:
-    """Blurred by discs of `reach` x |1 / depth - 1 / focus| pixels of diameter.
+    """Defocus blur by discs of `pupil_mm_px` x |1 / depth - 1 / focus| pixels of diameter.
 
-    Each pixel is blurred as its own depth asks, between two pictures blurred as a whole, so that
-    the second moment of the blur is right. At an edge in depth the light of what is blurred does
-    not spill over what is sharp.
+    A pixel is interpolated between two pictures blurred as a whole such that the second moment of
+    its blur fits its own depth. At depth edges blurred light does not spill over what is sharp.
+
+    Args:
+        pupil_mm_px: Diameter of the pupil in mm times focal length in px.
     """
-    radius = 0.5 * reach * np.abs(nearness - 1.0 / focus_mm)
+    radius = 0.5 * pupil_mm_px * np.abs(inverse_depth - 1.0 / focus_mm)
     radius = np.minimum(radius, _DISCS_PX[-1]).astype(np.float32)
     blurred = np.zeros_like(picture)
     for small, large in pairwise(_DISCS_PX):
@@ -81,9 +87,11 @@ def defocused(
 
 
 _DISCS_PX = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
-"""Radii of the discs that are drawn; larger ones are drawn as the last."""
+"""Radii of the discs by which whole pictures are blurred; larger ones count as the last."""
 _FINE = 15
+"""Samples along a pixel's side when a disc is rasterised."""
 _PIXEL_MOMENT = 1 / 12
+"""Second moment of a pixel along one axis, px^2."""
 
 
 def _through_disc(picture: LinearPicture, radius_px: float) -> LinearPicture:
@@ -95,14 +103,14 @@ def _through_disc(picture: LinearPicture, radius_px: float) -> LinearPicture:
         return cv2.sepFilter2D(picture, -1, narrow, narrow, borderType=cv2.BORDER_REPLICATE)
     half = int(np.ceil(radius_px))
     side = (np.arange((2 * half + 1) * _FINE) + 0.5) / _FINE - half - 0.5
-    inner = 4 * (moment - _PIXEL_MOMENT)  # counted by pixels, a disc is spread by a pixel more
-    disc = (side[:, None] ** 2 + side**2 <= max(inner, 1 / _FINE**2)).astype(np.float32)
+    radius2 = 4 * (moment - _PIXEL_MOMENT)  # rasterising adds the moment of a pixel
+    disc = (side[:, None] ** 2 + side**2 <= max(radius2, 1 / _FINE**2)).astype(np.float32)
     kernel = disc.reshape(2 * half + 1, _FINE, 2 * half + 1, _FINE).sum((1, 3))
     return cv2.filter2D(picture, -1, kernel / kernel.sum(), borderType=cv2.BORDER_REPLICATE)
 
 
 def denoised(picture: ColourImage, strength: float) -> ColourImage:
-    """Noise reduced as phones do it: brightness a little, colours a lot, edges kept."""
+    """Noise reduction of a phone: edge-preserving, slight in luma, strong in chroma."""
     if strength == 0:
         return picture
     ycc = cv2.cvtColor(picture, cv2.COLOR_RGB2YCrCb)
@@ -119,7 +127,7 @@ _SHARPENED_PX = 1.0
 
 
 def sharpened(picture: ColourImage, amount: float) -> ColourImage:
-    """Brightness plus `amount` times its difference to itself blurred by 1 px, after the tones."""
+    """Unsharp mask of the luma, with a blur of 1 px, after tone mapping."""
     if amount == 0:
         return picture
     ycc = cv2.cvtColor(picture, cv2.COLOR_RGB2YCrCb).astype(np.float32)
@@ -130,7 +138,7 @@ def sharpened(picture: ColourImage, amount: float) -> ColourImage:
 
 
 def store_again(path: Path, quality: int) -> None:
-    """Decode a photo and encode it anew in its place, colours at half resolution, EXIF kept."""
+    """Re-encode a photo in place, with chroma at half resolution; EXIF is kept."""
     with Image.open(path) as photo:
         exif = photo.getexif()
         picture = photo.convert("RGB")

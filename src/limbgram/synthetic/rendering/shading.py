@@ -1,7 +1,7 @@
-"""Light: what panels and the mesh send to the camera, by lamp, flash, shine and a shadow's edge.
+"""Shading: light from panels and mesh to the camera, by ambient light, lamp, flash and shadow.
 
-Everything is in the camera frame; rays are (x, y, 1). Shares of light are those of a white page
-that faces the flash at its reference distance. The loops over samples are compiled.
+Everything is in the camera frame; rays are (x, y, 1). Light is relative to a white page that faces
+the flash at its reference distance. Diffuse light is Lambert's; the flash has a specular lobe.
 """
 
 from dataclasses import dataclass
@@ -20,19 +20,18 @@ _WHITE, _BLACK = 0.80, 0.035
 
 
 class Panels(NamedTuple):
-    """Rectangles: rows of origin, unit right, unit down, normal out of the front, width, height.
-
-    Four more numbers place a board's print on its panel, as `Panel.print_from_panel` tells.
-    """
+    """Rectangles in the camera frame, for kernels."""
 
     rows: np.ndarray
+    """Origin (3), unit right (3), unit down (3), normal out of the front (3), width, height, and
+    `Panel.print_from_panel` (4)."""
     bounds: np.ndarray
-    """x0, y0, x1, y1 of each on the ideal plane."""
+    """x0, y0, x1, y1 of each in ideal coordinates."""
     kinds: np.ndarray
     """First texel, texture height and width; height 0 for a printed board."""
     texels: np.ndarray
     cells: np.ndarray
-    """Print of the board, 1 white, by square and by cell of its marker."""
+    """Print of the board by square and by cell of its marker; 1 is white."""
     square_mm: float
     marker_mm: float
     margin_mm: float
@@ -42,12 +41,12 @@ class Triangles(NamedTuple):
     """The mesh as this camera sees it."""
 
     screen: np.ndarray
-    """Distorted pixels of every vertex."""
+    """Pixels of the vertices."""
     points: np.ndarray
     normals: np.ndarray
     faces: np.ndarray
     limb_faces: int
-    """Faces before this one are the limb's, the others the stand's."""
+    """Number of the limb's faces, which come before the stand's."""
     chart: np.ndarray
     skin: np.ndarray
     skin_fine: int
@@ -60,7 +59,7 @@ class Light(NamedTuple):
     lamp: np.ndarray
     flash: np.ndarray
     edge: np.ndarray
-    """Normal, towards the dark, of the shadow's plane through the lamp; 0 for no shadow."""
+    """Normal, towards the dark, of the plane through the lamp that bounds the shadow; 0: none."""
     ambient: float
     lamp_strength: float
     flash_strength: float
@@ -102,7 +101,7 @@ def panel_light(x: float, y: float, k: int, panels: Panels, light: Light):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mesh_light(px: float, py: float, k: int, triangles: Triangles, light: Light):
-    """Light of face k at a pixel: perspective-correct point, normal and chart position."""
+    """Light of face k at a pixel; point, normal and texture are perspective-correct."""
     a, b, c = triangles.faces[k, 0], triangles.faces[k, 1], triangles.faces[k, 2]
     s, p, n = triangles.screen, triangles.points, triangles.normals
     area = (s[b, 0] - s[a, 0]) * (s[c, 1] - s[a, 1]) - (s[b, 1] - s[a, 1]) * (s[c, 0] - s[a, 0])
@@ -168,7 +167,7 @@ def printed(x: float, y: float, k: int, panels: Panels):
 def _lit(
     point: tuple[float, float, float], normal: np.ndarray | tuple[float, float, float], light: Light
 ):
-    """Diffuse light on a surface, and the shine of the flash towards the camera."""
+    """Diffuse light on a surface, and the specular light of the flash towards the camera."""
     up = normal[0] * light.up[0] + normal[1] * light.up[1] + normal[2] * light.up[2]
     lit = light.ambient * (0.65 + 0.35 * up)
     facing, _ = _facing(point, normal, light.lamp)
@@ -177,10 +176,10 @@ def _lit(
         beyond += light.edge[axis] * (point[axis] - light.lamp[axis])
     if beyond <= 0:
         lit += light.lamp_strength * max(facing, 0.0)
-    facing, far = _facing(point, normal, light.flash)
-    fall = light.flash_strength * (light.flash_mm / far) ** 2
+    facing, distance = _facing(point, normal, light.flash)
+    flash = light.flash_strength * (light.flash_mm / distance) ** 2
     facing = max(facing, 0.0)
-    return lit + fall * facing, fall * facing**light.polish
+    return lit + flash * facing, flash * facing**light.polish
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -189,10 +188,10 @@ def _facing(
     normal: np.ndarray | tuple[float, float, float],
     lamp: np.ndarray,
 ):
-    """Cosine between the normal and the way to a lamp, and the distance to it."""
+    """Cosine between the normal and the direction to a lamp, and the distance to it."""
     x, y, z = lamp[0] - point[0], lamp[1] - point[1], lamp[2] - point[2]
-    far = np.sqrt(x * x + y * y + z * z)
-    return (x * normal[0] + y * normal[1] + z * normal[2]) / far, far
+    distance = np.sqrt(x * x + y * y + z * z)
+    return (x * normal[0] + y * normal[1] + z * normal[2]) / distance, distance
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -207,7 +206,7 @@ def depth_on(x: float, y: float, rows: np.ndarray, k: int):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def within(x: float, y: float, depth: float, rows: np.ndarray, k: int):
-    """Where on the panel the ray meets it, right and down from its origin, mm."""
+    """Position at which a ray meets a panel, right and down from its origin, mm."""
     px, py, pz = x * depth - rows[k, 0], y * depth - rows[k, 1], depth - rows[k, 2]
     return (
         px * rows[k, 3] + py * rows[k, 4] + pz * rows[k, 5],
@@ -221,27 +220,27 @@ _STEP_ASIDE_MM = 25.0
 
 
 class Shadow(Enum):
-    """What stands before the lamp: a straight edge, so that half of the limb is dark."""
+    """What stands before the lamp: a straight edge that leaves half of the limb dark."""
 
     NONE = "none"
     STANDING = "standing"
-    """Something in the room: the edge lies at the same place in every photo."""
+    """A thing in the room: the same edge in every photo."""
     MOVING = "moving"
-    """Somebody who walks about: the edge lies elsewhere on the limb in every photo."""
+    """A person who walks about: another edge in every photo."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lighting:
-    """How much light comes from where."""
+    """Strength of each light, relative to a white page that faces the flash."""
 
     ambient: float = 0.40
     lamp: float = 0.28
     flash: float = 0.42
-    """The camera's own, 90 mm over the lens; its light falls with the square of the distance."""
+    """The camera's own, 90 mm above the lens; it falls with the square of the distance."""
     gloss: float = 1.0
-    """Shine of the flash on the paint: 1 is fabric paint, 12 wet paint that burns out."""
+    """Strength of the specular lobe: 1 is fabric paint, 12 wet paint, which burns out."""
     polish: float = 24.0
-    """Exponent of the shine: the larger, the smaller the highlight."""
+    """Exponent of the specular lobe: the larger, the smaller the highlight."""
     lamp_colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
     """Red, green and blue of the lamp against those of all other light. A warm bulb in a room lit
     by the sky: (1.35, 1.0, 0.55), 3000 K beside 6500 K."""
@@ -254,9 +253,9 @@ class Lighting:
 
 
 def shadow_edge(lighting: Lighting, middle_in_world: Vector3, seed: int, photo_idx: int) -> Vector3:
-    """Normal, towards the dark, of the plane through the lamp that parts light from shadow.
+    """Normal, towards the dark, of the plane through the lamp that bounds the shadow; 0: none.
 
-    The edge passes the limb's middle; if it moves, up to 25 mm beside it. Zero for no shadow.
+    The plane passes through the limb's middle or, if the shadow moves, up to 25 mm beside it.
     """
     if lighting.shadow is Shadow.NONE:
         return np.zeros(3)
@@ -278,7 +277,7 @@ def shadow_edge(lighting: Lighting, middle_in_world: Vector3, seed: int, photo_i
 def light_of(
     lighting: Lighting, camera_from_world: Rigid, flash_mm: float, edge_in_world: Vector3
 ) -> Light:
-    """The light as a camera sees it; a white page that faces the flash at `flash_mm` has 0.8."""
+    """The lights in the camera frame; `flash_mm` is the flash's reference distance."""
     return Light(
         up=camera_from_world.rotation[:, 2].copy(),
         lamp=camera_from_world.apply(LAMP_IN_WORLD),

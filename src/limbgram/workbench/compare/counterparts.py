@@ -52,7 +52,7 @@ class CounterpartSurface:
         )
 
     def counterparts(self, points_mm: Points3) -> Counterparts:
-        found = self.surface.signed(points_mm)
+        found = self.surface.query(points_mm)
         smooth = self.smooth_normals[self.mesh.faces[found.faces]]
         return Counterparts(
             points_mm=found.points_mm,

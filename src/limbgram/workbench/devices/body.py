@@ -17,7 +17,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.geometry.frames import square_to
+from limbgram.core.geometry.frames import plane_basis
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
 from limbgram.core.mesh.tree_cache import tree_on
@@ -161,7 +161,7 @@ class Body:
         met = self._first_hit_exactly(through_mm, seen_along)
         if met is not None:
             return met
-        nudges = _NUDGE_MM * square_to(seen_along)
+        nudges = _NUDGE_MM * plane_basis(seen_along)
         for aside in (*nudges, *-nudges):
             met = self._first_hit_exactly(through_mm + aside, seen_along)
             if met is not None:

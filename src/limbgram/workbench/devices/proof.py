@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.closest_point import TriangleTree, nearest_shares
+from limbgram.core.mesh.closest_point import TriangleTree, nearest_barycentric
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh, dots, unit
@@ -126,7 +126,7 @@ def _find_skins(solid: Mesh, layout: Layout, blocks: Sequence[Block]) -> _WallSk
     mesh = layout.positive
     found = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(solid.vertices_mm)
     corners = mesh.faces[found.faces]
-    shares = nearest_shares(mesh.vertices_mm[corners], solid.vertices_mm)
+    shares = nearest_barycentric(mesh.vertices_mm[corners], solid.vertices_mm)
     asked = dots(shares, layout.thickness_mm[corners])
     beyond = dots(shares, layout.beyond_mm[corners])
     clear = beyond < -_EDGE_THICKNESSES * asked

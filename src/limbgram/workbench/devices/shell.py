@@ -32,8 +32,8 @@ from limbgram.core.mesh.signed_distance import SignedSurface
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     face_components,
+    faces_touching,
     find_edges,
-    with_any,
     with_faces,
 )
 from limbgram.reconstruction.surface.remeshing import refine
@@ -135,7 +135,7 @@ class _ShellField:
 
     def at(self, points_mm: Points3) -> "_FieldValues":
         """Values and gradients of the function at points."""
-        found = self.surface.signed(points_mm)
+        found = self.surface.query(points_mm)
         corners = self.layout.positive.faces[found.faces]
         beyond = dots(found.shares, self.layout.beyond_mm[corners])
         beyond[found.at_brim] = _BEYOND_BRIM_MM
@@ -264,7 +264,7 @@ def _boxes_at_wall(
     The height varies by at most half of a box's diagonal within it, except where the sides of the
     positive meet beyond its brim; boxes near that are kept.
     """
-    height_mm = field.surface.signed(middles).signed_mm
+    height_mm = field.surface.query(middles).signed_mm
     highest_mm = float(field.layout.thickness_mm.max()) + margin_mm
     kept = (height_mm > -margin_mm) & (height_mm < highest_mm)
     brim = np.unique(boundary_half_edges(field.layout.positive.faces))
@@ -314,9 +314,9 @@ def _without_crossings(even: Mesh, places_mm: Points3) -> Mesh:
         if not len(crossing):
             break
         near[even.faces[crossing.ravel()]] = True
-        concerned = with_any(near, even.faces)
+        concerned = faces_touching(near, even.faces)
         near[even.faces[concerned]] = True
-        concerned = with_any(near, even.faces)
+        concerned = faces_touching(near, even.faces)
         places[near] += share * (even.vertices_mm[near] - places[near])
     return even.with_vertices(places)
 

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Int32
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.folds import find_points
+from limbgram.core.mesh.folds import find_spikes
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, touches_itself, unmeasured_at
 from limbgram.core.request_fields import Within
@@ -163,7 +163,7 @@ def _without_spikes(limb: Limb) -> Limb:
     vertices = mesh.vertices_mm.copy()
     moved = np.zeros(len(mesh), np.bool_)
     for _ in range(_SPIKE_ROUNDS):
-        found = find_points(vertices, mesh.faces) & ~held
+        found = find_spikes(vertices, mesh.faces) & ~held
         if not found.any():
             break
         vertices[found] = (mean @ vertices)[found]

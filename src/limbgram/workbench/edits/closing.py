@@ -20,7 +20,7 @@ from limbgram.core.mesh.topology import (
     enclosed_by,
     is_edge_manifold,
     is_watertight,
-    sheets_apart,
+    split_nonmanifold_vertices,
     with_faces,
 )
 from limbgram.findings import Finding, note
@@ -53,7 +53,7 @@ def closed_again(before: Mesh, after: Mesh) -> Mesh:
         return after
     if not len(after.faces) or not is_edge_manifold(after.faces):
         raise EditError("edit.branches")
-    closed = with_openings_joined(sheets_apart(after))
+    closed = with_openings_joined(split_nonmanifold_vertices(after))
     if len(boundary_half_edges(closed.faces)):
         closed = with_openings_spanned(closed)
         closed = with_faces(closed, closed.faces)

@@ -23,12 +23,12 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.folds import ANY_SHAPE, unfolded
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh, dots, lengths, unit
-from limbgram.core.mesh.signed_distance import Signed
+from limbgram.core.mesh.signed_distance import SignedDistances
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     face_components,
-    sheets_apart,
-    with_any,
+    faces_touching,
+    split_nonmanifold_vertices,
     with_faces,
 )
 from limbgram.reconstruction.surface.remeshing import refine
@@ -105,7 +105,7 @@ class _OpenEdge:
     def _distances(self, points: Points3) -> "_EdgeDistances":
         """Distances beyond the edge before planes count, and each plane's hold on every point."""
         thickness_mm = self.clearance.thickness_mm
-        found = self.clearance.surface.signed(points)
+        found = self.clearance.surface.query(points)
         far_mm = _NEAR_THICKNESSES * thickness_mm
         away_mm, place = self._samples.query(found.points_mm, distance_upper_bound=far_mm)
         away_mm = np.minimum(away_mm, far_mm)
@@ -120,7 +120,7 @@ class _OpenEdge:
         return _EdgeDistances(square, plane_holds)
 
     def _distance_without_planes(
-        self, points: Points3, found: Signed, away_mm: Float64[np.ndarray, " n"]
+        self, points: Points3, found: SignedDistances, away_mm: Float64[np.ndarray, " n"]
     ) -> Float64[np.ndarray, " n"]:
         """Distance beyond the edge, for an edge that lies in no plane."""
         corners = self._normals[self.clearance.mesh.faces[found.faces]]
@@ -185,7 +185,9 @@ def _cover_surface(clearance: Clearance, edge: _OpenEdge) -> Mesh:
         return level
     level = refine(level, clearance.edge_mm)
     near = np.abs(edge.beyond_mm(level)) < RIM_CELLS * clearance.cell_mm
-    level = refine_where(level, with_any(near, level.faces), RIM_EDGE_SHARE * clearance.edge_mm)
+    level = refine_where(
+        level, faces_touching(near, level.faces), RIM_EDGE_SHARE * clearance.edge_mm
+    )
     level = level.with_vertices(clearance.moved_to_thickness(level.vertices_mm, level.faces))
     level = unfolded(level, ANY_SHAPE).mesh
     beyond_mm = edge.beyond_mm(level)
@@ -197,8 +199,8 @@ def _cover_surface(clearance: Clearance, edge: _OpenEdge) -> Mesh:
     parts = face_components(over.faces)
     rim = np.zeros(len(over), np.bool_)
     rim[boundary_half_edges(over.faces)] = True
-    opened = np.isin(parts, parts[with_any(rim, over.faces)])
-    return sheets_apart(with_faces(over.with_vertices(places), over.faces[opened]))
+    opened = np.isin(parts, parts[faces_touching(rim, over.faces)])
+    return split_nonmanifold_vertices(with_faces(over.with_vertices(places), over.faces[opened]))
 
 
 def _level_round_skin(clearance: Clearance) -> Mesh:

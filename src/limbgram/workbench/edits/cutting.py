@@ -17,7 +17,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points2
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.sections import holds
+from limbgram.core.mesh.sections import contains_point
 from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.reconstruction.surface.remeshing import WorkingMesh, remesh_once
@@ -101,7 +101,9 @@ def _plane_axes(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
 
 def _enclosing_ring(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:
     """The smallest outer ring round a hole."""
-    around = [int(k) for k in np.flatnonzero(outer) if holds(drawn[int(k)], drawn[hole][0])]
+    around = [
+        int(k) for k in np.flatnonzero(outer) if contains_point(drawn[int(k)], drawn[hole][0])
+    ]
     return min(around, key=lambda k: abs(_signed_area(drawn[k])), default=-1)
 
 

@@ -13,7 +13,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.folds import find_bent
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import is_edge_manifold, is_vertex_manifold, with_any
+from limbgram.core.mesh.topology import faces_touching, is_edge_manifold, is_vertex_manifold
 
 _SAME_PLACE_SIZES = 2.0
 """A pair this near to one of the scan's own, in triangle sizes, is no new one; sizes before the
@@ -73,7 +73,7 @@ def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
     other = np.ones(len(after.faces), np.bool_)
     x, y, z = (before.faces[:known] != after.faces[:known]).T
     other[:known] = x | y | z
-    return other | with_any(moved, after.faces)
+    return other | faces_touching(moved, after.faces)
 
 
 def _new_pairs(

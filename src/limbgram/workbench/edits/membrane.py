@@ -21,10 +21,10 @@ from limbgram.core.mesh.topology import (
     boundary_half_edges,
     boundary_loops,
     edge_lengths,
+    faces_touching,
     find_edges,
     half_edges,
     is_vertex_manifold,
-    with_any,
 )
 from limbgram.reconstruction.surface.holes import loop_area, triangulate
 from limbgram.workbench.edits.regions import with_holes_closed, with_surface_added
@@ -115,8 +115,8 @@ def with_caps_refitted(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"])
         near = np.zeros(len(closed), np.bool_)
         near[spoilt] = True
         for _ in range(rings):
-            near[caps[with_any(near, caps)]] = True
-        left = caps[~with_any(near, caps)]
+            near[caps[faces_touching(near, caps)]] = True
+        left = caps[~faces_touching(near, caps)]
         laid = _least_area_caps(closed.vertices_mm, np.concatenate([own, left]))
         if laid is not None:
             caps = np.concatenate([left, laid])

@@ -19,7 +19,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed
-from limbgram.core.mesh.topology import with_any
+from limbgram.core.mesh.topology import faces_touching
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.level_edges import Plane, with_edges_in_planes
@@ -150,15 +150,15 @@ class Offsetter:
             mean = self.averaging[smooth_at]
             for _ in range(_SMOOTHING_ROUNDS // 4):
                 moves[smooth_at] = mean @ moves
-        given = (~with_any(~touched, mesh.faces)).mean()
+        given = (~faces_touching(~touched, mesh.faces)).mean()
         for _ in range(_SMOOTHING_ROUNDS):
             touched[mesh.faces[turned]] = True
-            if (~with_any(~touched, mesh.faces)).mean() - given > _MOST_SMOOTHED:
+            if (~faces_touching(~touched, mesh.faces)).mean() - given > _MOST_SMOOTHED:
                 break
             around = touched.copy()
-            around[mesh.faces[with_any(touched, mesh.faces)]] = True
+            around[mesh.faces[faces_touching(touched, mesh.faces)]] = True
             moves[around] = self.averaging[around] @ moves
-            changed = with_any(around, mesh.faces)
+            changed = faces_touching(around, mesh.faces)
             near = replace(mesh, faces=mesh.faces[changed])
             turned[changed] = _normal_cosines(before[changed], near, moves) < _LEAST_COSINE
             if not turned.any():

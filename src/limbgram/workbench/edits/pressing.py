@@ -55,7 +55,7 @@ class SignedOffsets:
 
 def signed_offsets(surface: Mesh, points_mm: Points3) -> SignedOffsets:
     """Signed distances of points from a surface."""
-    found = signed_on(surface).signed(points_mm)
+    found = signed_on(surface).query(points_mm)
     upward = dots(points_mm - found.points_mm, found.normals)
     return SignedOffsets(
         signed_mm=found.signed_mm,

@@ -13,7 +13,7 @@ from jaxtyping import Float64
 from limbgram.core.errors import EditError
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots
-from limbgram.core.mesh.topology import volume_mm3, with_any
+from limbgram.core.mesh.topology import faces_touching, volume_mm3
 from limbgram.core.request_fields import Within
 from limbgram.core.run import track
 from limbgram.workbench.edits.areas import falloff
@@ -110,7 +110,7 @@ class Smoothing(Edit):
                 break
             # Where triangles would fold, their surroundings stay as they are.
             for _ in range(2):
-                spoilt[limb.mesh.faces[with_any(spoilt, limb.mesh.faces)]] = True
+                spoilt[limb.mesh.faces[faces_touching(spoilt, limb.mesh.faces)]] = True
             free[spoilt] = 0.0
             if not free.any():
                 raise EditError("edit.smoothing.folds")

@@ -23,7 +23,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.rays import meets
+from limbgram.core.mesh.rays import intersects_any
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, note
 
@@ -259,7 +259,7 @@ def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bo
     """
     inward = -unit(mesh.face_normals()[tried])
     starts = mesh.vertices_mm[mesh.faces[tried]].mean(1) + INSET_MM * inward
-    return bool(meets(tree_on(mesh), starts, reach_mm * inward).mean() < 0.5)
+    return bool(intersects_any(tree_on(mesh), starts, reach_mm * inward).mean() < 0.5)
 
 
 def _thinnest_patch(

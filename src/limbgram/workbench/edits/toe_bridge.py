@@ -27,7 +27,7 @@ from limbgram.core.mesh.topology import (
     boundary_loops,
     face_components,
     largest_piece,
-    taking_vertices,
+    select_vertices,
     unmeasured_at,
 )
 from limbgram.core.mesh.tree_cache import tree_on
@@ -165,17 +165,17 @@ class _ClosedFoot:
     @classmethod
     def of(cls, foot: SignedSurface, grid: "_Grid", radius_mm: float) -> "_ClosedFoot":
         places = grid.points_mm
-        values = foot.signed(places).signed_mm
+        values = foot.query(places).signed_mm
         solid = grid.positive_surface(radius_mm - values)
         grown = SignedSurface(solid.vertices_mm, solid.faces)
         near = (values < radius_mm) & ((values > -2 * grid.cell_mm) | grid.beside_border)
-        shrunk_mm = grown.signed(places[near]).signed_mm + radius_mm + _OWN_SURFACE_MM
+        shrunk_mm = grown.query(places[near]).signed_mm + radius_mm + _OWN_SURFACE_MM
         values[near] = np.minimum(values[near], shrunk_mm)
         return cls(foot, grown, radius_mm, values)
 
     def at(self, points_mm: Points3) -> tuple[Float64[np.ndarray, " n"], Points3]:
         """Values and gradients of the function."""
-        own, grown = self.foot.signed(points_mm), self.grown.signed(points_mm)
+        own, grown = self.foot.query(points_mm), self.grown.query(points_mm)
         values = np.stack([own.signed_mm, grown.signed_mm + self.radius_mm + _OWN_SURFACE_MM])
         nearest = np.stack([own.points_mm, grown.points_mm])
         away = np.stack([own.signed_mm, grown.signed_mm])
@@ -287,7 +287,7 @@ def _with_measurements_kept(whole: Mesh, before: Mesh, kept: int) -> Mesh:
     places = whole.vertices_mm[kept:]
     there = tree_on(before).closest(places).distances_mm < _FILLED_MM
     like = np.asarray(KDTree(before.vertices_mm).query(places)[1], np.int64)
-    known = unmeasured_at(taking_vertices(before, like), ~there)
+    known = unmeasured_at(select_vertices(before, like), ~there)
     again: dict[str, np.ndarray] = {}
     for name, one in VERTEX_FIELDS.items():
         values, new = getattr(whole, name), getattr(known, name)

@@ -17,8 +17,8 @@ from limbgram.core.mesh.topology import (
     boundary_loops,
     edge_lengths,
     face_components,
+    faces_touching,
     find_edges,
-    with_any,
     with_faces,
 )
 from limbgram.findings import Finding, doubt, note
@@ -287,7 +287,7 @@ def _with_edge_trimmed(mesh: Mesh, unsound: Bool[np.ndarray, " n"], rows: float)
     """
     near = unsound.copy()
     for _ in range(2):
-        near[mesh.faces[with_any(near, mesh.faces)]] = True
+        near[mesh.faces[faces_touching(near, mesh.faces)]] = True
     at = np.zeros(len(mesh), np.bool_)
     at[boundary_half_edges(mesh.faces)] = True
     at &= near
@@ -317,7 +317,7 @@ def _with_edge_trimmed(mesh: Mesh, unsound: Bool[np.ndarray, " n"], rows: float)
         tooth = (starts > 1) | ((starts == 1) & around & (opening < _TOOTH_RAD))
         if not tooth.any():
             break
-        faces = faces[~with_any(tooth, faces)]
+        faces = faces[~faces_touching(tooth, faces)]
     parts = face_components(faces)
     kept = parts == np.bincount(parts).argmax()
     return with_faces(cut, faces[kept])

@@ -29,9 +29,9 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import SmoothedLength, smoothed_length, taut_length
 from limbgram.core.interval import Interval, plus_minus
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.sections import Section, cut, holds, of_one_limb
+from limbgram.core.mesh.sections import Section, contains_point, cut, outlines_of_limb
 from limbgram.core.mesh.topology import boundary_half_edges
-from limbgram.core.mesh.uncertainty import beyond_foremost_mm2, propagate
+from limbgram.core.mesh.uncertainty import extra_extremum_variance_mm2, propagate
 from limbgram.findings import Finding, fault
 
 _LEAST_AREA_MM2 = 1e-6
@@ -279,7 +279,7 @@ class Sigmas:
         outer = level.outer
         each = [
             one.times**2
-            * beyond_foremost_mm2(
+            * extra_extremum_variance_mm2(
                 self.mesh,
                 (level.points_mm @ (one.x, one.y))[outer],
                 level.crossed[outer],
@@ -417,7 +417,7 @@ def levels_at(
     """
     levels = all_levels_at(mesh_in_limb, heights_mm)
     z = mesh_in_limb.vertices_mm[:, 2]
-    chosen = of_one_limb(
+    chosen = outlines_of_limb(
         lambda heights: [_outlines_of(one) for one in all_levels_at(mesh_in_limb, heights)],
         (float(z.min()), float(z.max())),
         heights_mm,
@@ -457,7 +457,12 @@ def _of_chosen_limb(level: Level, chosen: int | None) -> Level | Refused:
         return level
     rings = [level.points_mm[level.loop == k] for k in range(len(level.depth))]
     limbs = [
-        np.array([k == outline or holds(rings[outline], ring[0]) for k, ring in enumerate(rings)])
+        np.array(
+            [
+                k == outline or contains_point(rings[outline], ring[0])
+                for k, ring in enumerate(rings)
+            ]
+        )
         for outline in outlines.tolist()
     ]
     others = [
@@ -536,7 +541,9 @@ def _level_of_sections(mesh: Mesh, height_mm: float, sections: list[Section]) ->
         return Refused(height_mm, fault("measure.level.touched", height_mm=height_mm))
     sections = [_without_repeats(section) for section in sections]
     rings = [section.points_mm[:, :2] for section in sections]
-    depth = np.array([sum(holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
+    depth = np.array(
+        [sum(contains_point(o, ring[0]) for o in rings if o is not ring) for ring in rings]
+    )
     areas = np.array([section.area_mm2(up) for section in sections])
     if ((areas > 0) != (depth % 2 == 0)).any():
         return Refused(
@@ -578,7 +585,7 @@ def _is_crumb(
     """Which loops are outlines too small to be the limb, or lie in such an outline."""
     crumbs = (depth == 0) & (areas < _CRUMB_SHARE * areas.max())
     for k in np.flatnonzero(crumbs):
-        crumbs |= np.array([holds(rings[k], ring[0]) for ring in rings]) & (depth > 0)
+        crumbs |= np.array([contains_point(rings[k], ring[0]) for ring in rings]) & (depth > 0)
     return crumbs
 
 

@@ -24,7 +24,7 @@ from jaxtyping import Float64, Int64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import HOLDS
-from limbgram.core.mesh.uncertainty import beyond_foremost_mm2
+from limbgram.core.mesh.uncertainty import extra_extremum_variance_mm2
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Cell, Table
 from limbgram.findings import Finding, note, told
@@ -388,7 +388,7 @@ def _extent(subject: Subject, item: Extent) -> Propagated:
     slopes = subject.slopes(lambda one: one.axis(item.along).direction)
     ids = np.flatnonzero(below)
     beyond = [
-        beyond_foremost_mm2(
+        extra_extremum_variance_mm2(
             subject.sigmas.mesh,
             points[ids] @ way_out,
             ids[:, None],

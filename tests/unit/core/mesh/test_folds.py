@@ -54,7 +54,7 @@ def test_turned_faces_are_those_whose_area_in_the_sheet_is_negative() -> None:
         found = find_folds(folded)
         negative = np.flatnonzero(folded.face_normals()[:, 2] < 0)
         assert 1 <= len(negative) <= 3
-        np.testing.assert_array_equal(found.turned, negative)
+        np.testing.assert_array_equal(found.flipped, negative)
         assert found.vertices(folded)[MIDDLE]
         assert found.vertices(folded).sum() <= 9
 
@@ -76,7 +76,7 @@ def test_a_cone_is_a_point_from_half_an_angle_of_about_31_degrees() -> None:
     sheet = _sheet()
     assert not len(find_folds(_moved(sheet, MIDDLE, (0, 0, 1.64)), ANY_SHAPE))
     pointed = _moved(sheet, MIDDLE, (0, 0, 1.67))
-    np.testing.assert_array_equal(find_folds(pointed, ANY_SHAPE).points, [MIDDLE])
+    np.testing.assert_array_equal(find_folds(pointed, ANY_SHAPE).spikes, [MIDDLE])
     back = unfolded(pointed, ANY_SHAPE)
     np.testing.assert_allclose(back.mesh.vertices_mm, sheet.vertices_mm, atol=1e-9)
     assert back.vertices == 1
@@ -89,12 +89,12 @@ def test_the_tip_of_a_cone_may_be_sharp_and_a_thorn_on_it_may_not(rows: int) -> 
     cone = trimesh.creation.revolve(np.vstack([[0, 0], outline]), sections=32)
     mesh = Mesh(vertices_mm=np.asarray(cone.vertices), faces=np.asarray(cone.faces, np.int32))
     assert unfolded(mesh, ANY_SHAPE).mesh is mesh
-    assert len(find_folds(mesh).points) == 1  # as no measured limb is
+    assert len(find_folds(mesh).spikes) == 1  # as no measured limb is
     if rows == 1:
         return
     side = int(np.abs(mesh.vertices_mm - [15, 0, 60]).sum(1).argmin())
     thorny = _moved(mesh, side, (30.0, 0.0, 8.0))
-    np.testing.assert_array_equal(find_folds(thorny, ANY_SHAPE).points, [side])
+    np.testing.assert_array_equal(find_folds(thorny, ANY_SHAPE).spikes, [side])
 
 
 def test_a_crumpled_ball_is_whole_again_and_says_where_it_was_not_measured() -> None:

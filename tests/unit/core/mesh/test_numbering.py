@@ -11,10 +11,10 @@ from limbgram.core.mesh.mesh import Mesh, crosses, dots, lengths, summed
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     edge_lengths,
+    faces_touching,
     find_edges,
     half_edges,
     number_pairs,
-    with_any,
 )
 
 
@@ -137,4 +137,4 @@ def test_lengths_products_and_areas_are_those_of_numpy_to_the_last_bit() -> None
         summed(weighted, faces, 500), corners[0] + corners[1] + corners[2]
     )
     marked = rng.random(500) < 0.3
-    np.testing.assert_array_equal(with_any(marked, faces), marked[faces].any(1))
+    np.testing.assert_array_equal(faces_touching(marked, faces), marked[faces].any(1))

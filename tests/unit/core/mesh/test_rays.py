@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 
 from limbgram.core.mesh.closest_point import TriangleTree
-from limbgram.core.mesh.rays import meets
+from limbgram.core.mesh.rays import intersects_any
 
 HALF_MM = 10.0
 CUBE = trimesh.creation.box((2 * HALF_MM,) * 3)
@@ -22,10 +22,10 @@ def ways_to_the_sides() -> np.ndarray:
 def test_a_way_meets_the_side_that_it_reaches_and_none_before() -> None:
     ways = ways_to_the_sides()
     start = np.zeros_like(ways)
-    assert meets(TREE, start, (1 + 1e-9) * ways).all()
-    assert not meets(TREE, start, 0.999 * ways).any()
+    assert intersects_any(TREE, start, (1 + 1e-9) * ways).all()
+    assert not intersects_any(TREE, start, 0.999 * ways).any()
 
 
 def test_what_lies_behind_the_start_does_not_count() -> None:
     ways = ways_to_the_sides()
-    assert not meets(TREE, 1.001 * ways, ways).any()
+    assert not intersects_any(TREE, 1.001 * ways, ways).any()

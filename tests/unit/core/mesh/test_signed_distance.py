@@ -31,7 +31,7 @@ def by_truth(mesh: Mesh, points_mm: Points3) -> Float64[np.ndarray, " n"]:
 
 DOORS: dict[str, Asked] = {
     "core": lambda mesh, points: (
-        SignedSurface(mesh.vertices_mm, mesh.faces).signed(points).signed_mm
+        SignedSurface(mesh.vertices_mm, mesh.faces).query(points).signed_mm
     ),
     "pressing": lambda mesh, points: signed_offsets(mesh, points).signed_mm,
     "counterparts": lambda mesh, points: (

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.uncertainty import beyond_foremost_mm2, filled_sigma_mm, propagate
+from limbgram.core.mesh.uncertainty import extra_extremum_variance_mm2, filled_sigma_mm, propagate
 
 REACH_MM = 1.7
 SIGMA_MM = 0.05
@@ -142,7 +142,7 @@ def test_the_reach_of_a_shell_holds_though_another_place_is_foremost_in_truth(
     one = propagate(mesh, np.where(np.arange(len(mesh)) == first, by_normal, 0.0))
     assert one is not None
     every = np.arange(len(mesh))[:, None]
-    beyond = beyond_foremost_mm2(mesh, reach_mm, every, by_normal[:, None])
+    beyond = extra_extremum_variance_mm2(mesh, reach_mm, every, by_normal[:, None])
     stated = np.sqrt(one**2 + beyond)
 
     patch, near = filled_sigma_mm(mesh, filled), np.flatnonzero(reach_mm > 60.0)

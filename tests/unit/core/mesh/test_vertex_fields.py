@@ -9,7 +9,7 @@ import pytest
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import VERTEX_FIELDS, Mesh
-from limbgram.core.mesh.topology import taking_vertices, unmeasured_at
+from limbgram.core.mesh.topology import select_vertices, unmeasured_at
 from limbgram.core.mesh.vertex_fields import VertexField, of_vertices, vertex_fields
 from limbgram.formats.ply import read_ply, write_ply
 
@@ -40,7 +40,7 @@ def test_every_field_with_a_row_for_each_vertex_is_declared(known: Mesh) -> None
 
 
 def test_taken_vertices_keep_what_is_known(known: Mesh) -> None:
-    taken = taking_vertices(known, np.array([3, 1]))
+    taken = select_vertices(known, np.array([3, 1]))
     assert taken.colours is not None
     assert taken.shared_mm is not None
     np.testing.assert_array_equal(taken.colours, [[70, 80, 90], [10, 20, 31]])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid, fit_similarity
-from limbgram.core.geometry.lens import PARAMETERS, Camera, turned
+from limbgram.core.geometry.lens import PARAMETERS, Camera, with_pose_step
 from limbgram.reconstruction.calibration.cameras import Calibration, from_exif
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.bundle_adjustment import UnconstrainedPhotos, adjust
@@ -30,7 +30,7 @@ def shaken(scene: Scene, seed: int) -> Scene:
     """Poses and points beside the truth: turns of 0.3 degrees, shifts of 2, points 1 off."""
     random, bundle = np.random.default_rng(seed), Bundle.of(scene)
     views = [
-        turned(view, np.concatenate([random.normal(0, 5e-3, 3), random.normal(0, 2, 3)]))
+        with_pose_step(view, np.concatenate([random.normal(0, 5e-3, 3), random.normal(0, 2, 3)]))
         for view in bundle.views
     ]
     points = bundle.points + random.normal(0, 1, bundle.points.shape)
@@ -98,7 +98,7 @@ def test_points_that_a_burst_alone_shows_do_no_harm(make_scene: MakeScene) -> No
     true = make_scene(photos=7, points=40, lenses=(LENS,))
     random = np.random.default_rng(4)
     turn = np.concatenate([np.radians([0.1, -0.2, 0.1]), np.zeros(3)])
-    again = turned(Bundle.of(true).views[0], turn)
+    again = with_pose_step(Bundle.of(true).views[0], turn)
     poses = (*true.camera_from_world, Rigid(again[:9].reshape(3, 3), again[9:12]))
     burst = replace(
         true,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from limbgram.core.geometry.frames import Rigid, fit_similarity
-from limbgram.core.geometry.lens import LENS_SIZE, Camera, turned
+from limbgram.core.geometry.lens import LENS_SIZE, Camera, with_pose_step
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.bundle_adjustment import Adjusted, adjust
 from limbgram.reconstruction.mapping.scene import Observations, Scene
@@ -79,7 +79,7 @@ def _drawn_errors(adjusted: Adjusted) -> float:
     )
     errors: list[float] = []
     for step in steps:
-        rows = [turned(view, step[6 * k : 6 * k + 6]) for k, view in enumerate(views)]
+        rows = [with_pose_step(view, step[6 * k : 6 * k + 6]) for k, view in enumerate(views)]
         errors.append(
             centre_errors(np.array([-row[:9].reshape(3, 3).T @ row[9:12] for row in rows]))
         )

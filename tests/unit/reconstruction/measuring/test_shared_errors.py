@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from limbgram.core.geometry.frames import Rigid, Similarity
-from limbgram.core.geometry.lens import Camera, View, turned
+from limbgram.core.geometry.lens import Camera, View, with_pose_step
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.thin_plate import tangent_axes
@@ -133,7 +133,7 @@ def test_the_covariance_in_another_frame_speaks_of_the_same_moves() -> None:
 
 
 def _pixel(view: View, step: np.ndarray, point: np.ndarray) -> np.ndarray:
-    row = turned(view.packed, step[:6])
+    row = with_pose_step(view.packed, step[:6])
     pose = Rigid(row[:9].reshape(3, 3), row[9:12])
     return View(view.name, view.camera, pose).project(point)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import Camera, View, fold_of
+from limbgram.core.geometry.lens import Camera, View, fold_radius
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.visibility import incidence_cosines
 from limbgram.reconstruction.scale.visibility import aim_of, in_frame
@@ -29,7 +29,7 @@ FOLDED = Camera(width_px=1600, height_px=1200, fx=1250.0, fy=1250.0, cx=799.5, c
 def test_a_lens_turns_back_where_its_slope_ends(
     radial: tuple[float, float, float], fold: float
 ) -> None:
-    assert fold_of(*radial) == pytest.approx(fold)
+    assert fold_radius(*radial) == pytest.approx(fold)
 
 
 def test_corners_without_a_ray_hide_no_point_in_the_middle() -> None:

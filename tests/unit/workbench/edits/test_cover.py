@@ -18,7 +18,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, volume_mm3, with_any, with_faces
+from limbgram.core.mesh.topology import boundary_half_edges, faces_touching, volume_mm3, with_faces
 from limbgram.findings import Finding
 from limbgram.reconstruction.surface.cleaning import largest_manifold
 from limbgram.reconstruction.surface.remeshing import refine
@@ -205,7 +205,7 @@ def stump_ragged_to_its_right() -> Mesh:
     for _ in range(2):
         at = np.zeros(len(mesh), np.bool_)
         at[boundary_half_edges(mesh.faces)] = True
-        gone = (off_right_rad(mesh.vertices_mm[mesh.faces].mean(1)) < 0.35) & with_any(
+        gone = (off_right_rad(mesh.vertices_mm[mesh.faces].mean(1)) < 0.35) & faces_touching(
             at, mesh.faces
         )
         gone &= np.random.default_rng(4).random(len(mesh.faces)) < 0.7

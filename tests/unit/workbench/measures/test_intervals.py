@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.smoothed_length import PLATE_MM
+from limbgram.core.geometry.smoothed_length import FILTER_LENGTH_MM
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.measures.levels import (
@@ -99,7 +99,7 @@ def longer_by_noise() -> float:
     """How much longer a smoothed line is for such errors: half of its squared slope."""
     k = np.linspace(0, 12, 4001)
     spectrum = REACH_MM * np.exp(-((k * REACH_MM) ** 2) / 4) / np.sqrt(np.pi)
-    stays = 1 / (1 + (k * PLATE_MM) ** 4)
+    stays = 1 / (1 + (k * FILTER_LENGTH_MM) ** 4)
     return SIGMA_MM**2 * float(np.sum(k**2 * stays**2 * spectrum) * (k[1] - k[0])) / 2
 
 
