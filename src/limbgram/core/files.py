@@ -226,7 +226,7 @@ def written_whole(path: Path, check: Callable[[Path], None] | None = None) -> Ge
         beside.replace(path)
     finally:
         _remove(beside)
-        _remove(older)
+        _put_back(older, path)
     _sync_entry(path.parent)
 
 
@@ -370,11 +370,23 @@ def _disk(path: Path) -> Generator[None]:
 
 
 def _sweep(path: Path) -> None:
-    """Remove temporary files that killed processes left beside a file."""
+    """Remove what killed processes left beside a file; the only whole one is put back."""
     for left in path.parent.glob(f".{short_name(path)}.*"):
         process = left.name.split(".")[2]
         if process.isdecimal() and not _is_alive(int(process)):
-            _remove(left)
+            if left.suffix == ".old":
+                _put_back(left, path)
+            else:
+                _remove(left)
+
+
+def _put_back(older: Path, path: Path) -> None:
+    """Give a folder that had to give way its place again, unless another took it."""
+    if path.exists():
+        _remove(older)
+        return
+    with suppress(OSError):
+        older.replace(path)
 
 
 def _is_alive(process: int) -> bool:

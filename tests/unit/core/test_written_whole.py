@@ -106,6 +106,37 @@ def test_a_folder_gives_way_only_to_a_proved_one(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["colmap"]
 
 
+@pytest.mark.parametrize("killed", [True, False])
+def test_a_write_that_ends_between_its_two_renames_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, killed: bool
+) -> None:
+    folder, replaced = tmp_path / "colmap", Path.replace
+    write_folder(folder, {"images.txt": lambda stream: stream.write(b"old")}, _nothing_to_check)
+
+    def end(path: Path, target: Path) -> Path:
+        if target != folder:
+            return replaced(path, target)
+        if killed:
+            os.kill(os.getpid(), signal.SIGKILL)
+        monkeypatch.undo()
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(Path, "replace", end)
+    if killed:
+        if (child := os.fork()) == 0:
+            write_folder(folder, {}, _nothing_to_check)
+        os.waitpid(child, 0)
+        monkeypatch.undo()
+        assert not folder.exists()
+        with pytest.raises(RuntimeError), written_whole(folder):
+            raise RuntimeError
+    else:
+        with pytest.raises(ExportError):
+            write_folder(folder, {}, _nothing_to_check)
+    assert (folder / "images.txt").read_bytes() == b"old"
+    assert [path.name for path in tmp_path.iterdir()] == ["colmap"]
+
+
 def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
     file = tmp_path / "x.json"
     file.write_text("old")
