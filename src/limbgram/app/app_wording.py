@@ -14,7 +14,7 @@ from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import printable
 from limbgram.findings import Finding, told
 
-_SENTENCES = "headline line lines message notes photos_note problem"
+_SENTENCES = "headline line lines message notes"
 _REASONS = "reason reasons refusal remark remarks sentence told unreadable why"
 SAID = frozenset(f"{_SENTENCES} {_REASONS}".split())
 """Fields of answers that hold sentences for people; `note` is what they wrote themselves."""

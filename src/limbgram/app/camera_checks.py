@@ -25,7 +25,7 @@ class CameraFit(BaseModel):
     """Whether photos and cameras belong together, as far as size and headers of the photos tell."""
 
     fits: bool
-    why: str = Field(default="", description="Why they do not, and what to do; for people.")
+    why: FindingReply | None = Field(default=None, description="Why they do not, and what to do.")
 
 
 class Setup(BaseModel):
@@ -73,7 +73,7 @@ def read_camera_fit(
     if not sources and case.folder.photos.is_dir():
         sources = sorted(case.folder.photos.iterdir())
     doubt = camera_doubt(sources, [read_camera(one) for one in camera_files(app_state, camera)])
-    return CameraFit(fits=not doubt, why=doubt)
+    return CameraFit(fits=doubt is None, why=None if doubt is None else FindingReply.of(doubt))
 
 
 @router.get("/cases/{case_id}/kit")

@@ -14,7 +14,7 @@ from fastapi.responses import FileResponse
 from PIL import Image, ImageOps
 from pydantic import BaseModel, Field
 
-from limbgram.app.replies import BYTES, PICTURE, missing
+from limbgram.app.replies import BYTES, PICTURE, FindingReply, missing
 from limbgram.app.state import AppStateHere, CaseHere
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.cases.uploads import (
@@ -66,7 +66,7 @@ class Photo(BaseModel):
     )
     width_px: int = 0
     height_px: int = 0
-    problem: str = ""
+    problem: FindingReply | None = Field(default=None, description="Why it cannot be used.")
 
 
 class Photos(BaseModel):
@@ -267,7 +267,7 @@ def _photo(received: Received) -> Photo:
         kept=list(received.kept),
         width_px=received.width_px,
         height_px=received.height_px,
-        problem=received.problem,
+        problem=FindingReply.of(received.problem) if received.problem else None,
     )
 
 

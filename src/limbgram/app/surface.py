@@ -8,7 +8,7 @@ from fastapi import APIRouter, Header, Query, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.binary_arrays import encode_blocks, surface_blocks
-from limbgram.app.replies import BINARY
+from limbgram.app.replies import BINARY, FindingReply
 from limbgram.app.state import AppState, AppStateHere, CaseHere, WorkspaceHere
 from limbgram.cases.photo_evidence import PointPhoto, point_evidence
 from limbgram.cases.workspace import Workspace
@@ -51,7 +51,7 @@ class Point(BaseModel):
     photos: list[PointPhoto] = Field(
         default=[], description="That measured it, the squarest first."
     )
-    photos_note: str = Field(default="", description="Why no photos are named.")
+    photos_note: FindingReply | None = Field(default=None, description="Why no photos are named.")
 
 
 class Ring(BaseModel):
@@ -144,7 +144,7 @@ def ask_point(
         within_mm=COVER * sigma if known and sigma is not None else None,
         filled=filled,
         photos=list(seen.photos),
-        photos_note=seen.note,
+        photos_note=None if seen.note is None else FindingReply.of(seen.note),
     )
 
 

@@ -29,7 +29,7 @@ from limbgram.core.errors import (
 from limbgram.core.files import write_bytes, written_whole
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
-from limbgram.findings import Finding, fault, note, told
+from limbgram.findings import Finding, fault, note
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.cameras import (
@@ -213,20 +213,19 @@ class Cameras:
                     camera.relabel(camera.interrupted)
 
 
-def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> str:
-    """Why photos cannot be of these cameras, by their size and headers; empty where they can.
+def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> Finding | None:
+    """Why photos cannot be of these cameras, by their size and headers; None where they can.
 
     A few of the photos, evenly spread, are checked.
     """
     step = max(1, -(-len(photos) // _PHOTOS_CHECKED))
     try:
         found = read_photos(photos[::step], PhotoOptions(min_photos=1))
-        foreign = contradicting_exif(found, cameras_for(found, given))
-        return "" if foreign is None else told(foreign)
+        return contradicting_exif(found, cameras_for(found, given))
     except CalibrationError as error:
-        return str(error)
+        return error.finding
     except PhotoError:
-        return ""  # no photo can be read yet: nothing tells against the camera
+        return None  # no photo can be read yet: nothing tells against the camera
 
 
 def _calibration_result(found: BoardCalibration) -> Finding:

@@ -22,6 +22,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import signed_on
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.report.accuracy.evidence import Evidence
@@ -62,7 +63,7 @@ class PointEvidence:
     """Who saw a place."""
 
     photos: tuple[PointPhoto, ...]
-    note: str = ""
+    note: Finding | None = None
     """Why there are none."""
 
 
@@ -71,7 +72,7 @@ def point_evidence(case: CaseFolder, place_mm: Vector3, normal: Vector3) -> Poin
     try:
         evidence = kept_evidence(case)
     except LimbgramError as error:
-        return PointEvidence((), f"The photos that measured it are not known here: {error}")
+        return PointEvidence((), note("photo.point_unknown", reason=error.finding))
     return evidence_at(evidence, place_mm, normal)
 
 
@@ -93,7 +94,7 @@ def evidence_at(evidence: Evidence, place_mm: Vector3, normal: Vector3) -> Point
             _point_photo(cosine, photo, view, place_mm, patch, patches)
             for (cosine, photo, view), patch in zip(chosen, patches, strict=True)
         ),
-        "" if chosen else "No photo sees this place: it was filled in.",
+        None if chosen else note("photo.point_filled"),
     )
 
 

@@ -27,7 +27,7 @@ from limbgram.cases.zips import copy_member, expands_too_far
 from limbgram.core.errors import CaseError, MissingError, OptionsError, printable
 from limbgram.core.files import damaged_zip_refused, json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
-from limbgram.findings import told
+from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.privacy import remove_video_location, without_personal_data
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFIXES
@@ -65,8 +65,8 @@ class Received:
     """Parts that had to stay though they may identify the camera."""
     width_px: int = 0
     height_px: int = 0
-    problem: str = ""
-    """Why the photo cannot be used; empty for a good one."""
+    problem: Finding | None = None
+    """Why the photo cannot be used; None for a good one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,7 +179,7 @@ class Intake:
                 bytes=(self.folder / name).stat().st_size,
                 sha256="",
                 kept_sha256="",
-                problem="What is known of it cannot be read. Delete it, and send it again.",
+                problem=doubt("photo.record_unreadable"),
             )
 
     def arrived(self, name: str) -> int:
@@ -352,7 +352,7 @@ class Intake:
             kept=cleaned.kept,
             width_px=0 if unusable else seen.width_px,
             height_px=0 if unusable else seen.height_px,
-            problem=f"It cannot be used: {told(seen.reason)}." if unusable else "",
+            problem=doubt("photo.unusable", reason=seen.reason) if unusable else None,
         )
 
     def _arriving(self, name: str) -> Arriving:

@@ -31,14 +31,14 @@ def test_photos_of_another_size_do_not_fit_a_camera_and_its_own_do(
     assert client.get(ask).status_code == 409  # not calibrated yet
     sent = client.put(f"{API}/cameras/{camera}/file", content=camera_file(tmp_path))
     assert sent.status_code == 200
-    assert client.get(ask).json() == {"fits": True, "why": ""}  # nothing tells against it
+    assert client.get(ask).json() == {"fits": True, "why": None}  # nothing tells against it
 
     photo(client, case, "a.png", 640, 480)
     assert client.get(ask).json()["fits"]
     photo(client, case, "b.png", 660, 480)
     told = client.get(ask).json()
     assert not told["fits"]
-    assert "660 x 480" in told["why"]
+    assert "660 x 480" in told["why"]["sentence"]
 
 
 def test_a_case_names_the_cameras_that_it_was_computed_with(

@@ -291,13 +291,13 @@ def test_a_photo_that_is_cut_off_is_not_good(client: TestClient, photos: str, le
     content = jpeg()[: round(left * len(jpeg()))]
     (sent,) = client.put(f"{photos}/IMG_1.jpg", content=content).json()["photos"]
     assert sent["state"] == "unusable"
-    assert "cut off: copy it again" in sent["problem"]
+    assert "cut off: copy it again" in sent["problem"]["sentence"]
 
 
 def test_what_cannot_be_opened_is_named(client: TestClient, photos: str) -> None:
     sent = client.put(f"{photos}/IMG_1.jpg", content=b"no picture at all").json()
     assert sent["photos"][0]["state"] == "unusable"
-    assert sent["photos"][0]["problem"]
+    assert sent["photos"][0]["problem"]["code"] == "photo.unusable"
 
 
 def test_a_picture_is_turned_for_people_and_not_for_measuring(

@@ -150,7 +150,7 @@ def test_a_photo_of_which_nothing_can_be_read_is_told_and_not_replaced(
     (case.received / ".records" / "a.png.json").write_bytes(DAMAGED)
     (told,) = client.get(f"{API}/cases/{case.case_id}/photos").json()["photos"]
     assert (told["name"], told["state"]) == ("a.png", "unusable")
-    assert "cannot be read" in told["problem"]
+    assert "cannot be read" in told["problem"]["sentence"]
     assert client.put(at, content=b"another picture").status_code == 409
     assert (case.received / "a.png").read_bytes() == kept
     assert client.delete(at).status_code == 204

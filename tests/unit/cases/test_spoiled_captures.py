@@ -27,7 +27,7 @@ from limbgram.cases.stage_cache import CachingRun
 from limbgram.cases.uploads import Intake
 from limbgram.core.errors import CalibrationError, LimbgramError, PhotoError
 from limbgram.core.run import Run
-from limbgram.findings import told
+from limbgram.findings import Finding, told
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.calibration.cameras import cameras_for
 from limbgram.reconstruction.photos.heif import HAS_HEIF
@@ -214,20 +214,20 @@ def by_calibration(sources: Sequence[Path], _: Path) -> dict[str, str]:
 def by_app(sources: Sequence[Path], scratch: Path) -> dict[str, str]:
     """Sent file by file; the coach of the app reads what came."""
     intake = Intake(scratch / "received", b"key")
-    problems: dict[str, str] = {}
+    problems: dict[str, Finding | None] = {}
     for file in sorted(sources[0].iterdir()):
         with intake.begin(file.name, 0, None) as piece:
             piece.write(file.read_bytes())
             piece.close()
             problems[file.name] = intake.finish(file.name)[0].problem
     received = [intake.folder / one.name for one in intake.received()]
-    told = by_watch(received, scratch)
+    watched = by_watch(received, scratch)
     for name, problem in problems.items():
         if problem:
-            assert problem == f"It cannot be used: {told[name]}."
+            assert told(problem) == f"It cannot be used: {watched[name]}."
         else:  # alone it is good
-            assert told.get(name, "the same file as").startswith("the same file as")
-    return told
+            assert watched.get(name, "the same file as").startswith("the same file as")
+    return watched
 
 
 @pytest.mark.parametrize("fault", CAPTURES)

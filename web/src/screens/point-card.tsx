@@ -9,6 +9,7 @@ import { fixed, within } from "../numbers";
 import { useQuery } from "../state/requests";
 import { expert } from "../state/settings";
 import { t } from "../texts";
+import { told } from "../words";
 import type { OpenCase } from "./open-case";
 
 const SIDE = 25;
@@ -56,7 +57,7 @@ export function PointCard({ openCase, point, onClose }: { openCase: OpenCase; po
               </div>
             </>
           )}
-          {found.photos_note && <p class="small faint">{found.photos_note}</p>}
+          {found.photos_note && <p class="small faint">{told(found.photos_note)}</p>}
         </>
       )}
     </div>

@@ -2,6 +2,7 @@
 import type { Schemas } from "../../api/client";
 import { Chip, Notice } from "../../design/parts";
 import { t } from "../../texts";
+import { told } from "../../words";
 
 interface Props {
   readonly camera: Schemas["CameraReply"];
@@ -23,7 +24,7 @@ export function CameraSaid({ camera, fits }: Props) {
       {camera.old && <p class="small-note">{t("cameras.old")}</p>}
       {fits && !fits.fits && (
         <Notice tone="amber" title={t("options.fits.not")}>
-          {t("options.fits.do")} {fits.why}
+          {t("options.fits.do")} {fits.why && told(fits.why)}
         </Notice>
       )}
     </div>

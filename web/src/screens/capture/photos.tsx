@@ -87,7 +87,9 @@ export function PhotoNote({ openCase, photo, said, onGone }: PhotoProps & { onGo
           .filter(Boolean)
           .join(". ")}
       </p>
-      {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? []).map(told)].filter(Boolean).join(". ")}</p>}
+      {(said?.remarks.length || photo.problem) && (
+        <p class="small-note">{[...(photo.problem ? [photo.problem] : []), ...(said?.remarks ?? [])].map(told).join(" ")}</p>
+      )}
       <Refusal refused={act.refused.value} />
       <div class="acts">
         <a class="btn" href={`${ROOT}/cases/${openCase.id}/photos/${encodeURIComponent(photo.name)}/picture?width=2400`} target="_blank" rel="noreferrer">
