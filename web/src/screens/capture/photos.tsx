@@ -88,7 +88,7 @@ export function PhotoNote({ openCase, photo, said, onGone }: PhotoProps & { onGo
           .join(". ")}
       </p>
       {(said?.remarks.length || photo.problem) && (
-        <p class="small-note">{[...(photo.problem ? [photo.problem] : []), ...(said?.remarks ?? [])].map(told).join(" ")}</p>
+        <p class="small-note">{[...(photo.problem ? [photo.problem] : []), ...(said?.remarks ?? [])].map((one) => told(one).replace(/\.$/, "")).join(". ")}</p>
       )}
       <Refusal refused={act.refused.value} />
       <div class="acts">
