@@ -256,8 +256,14 @@ def _lock(file: BinaryIO, *, wait: bool) -> None:
     if sys.platform == "win32":
         import msvcrt
 
-        file.seek(0)
-        msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
+        while True:
+            file.seek(0)
+            try:
+                msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
+                return
+            except OSError as error:
+                if not wait or error.errno != errno.EDEADLOCK:  # LK_LOCK gives up after 10 s
+                    raise
     else:
         import fcntl
 

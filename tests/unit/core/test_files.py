@@ -3,7 +3,9 @@
 import errno
 import os
 import pickle
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from limbgram.core.errors import (
     ShapeFileError,
     disk_finding,
 )
-from limbgram.core.files import ContentError, json_of, read_content, toml_of
+from limbgram.core.files import ContentError, file_lock, json_of, read_content, toml_of
 from limbgram.findings import Finding, told
 from limbgram.formats.camera import read_camera
 from limbgram.formats.reading import read_limb
@@ -210,3 +212,26 @@ def test_a_marks_number_is_one_of_those_seen(number: str) -> None:
         landmarks_of([f"fibula head=#{number}"], [np.zeros(3), np.ones(3)])
     (found,) = landmarks_of(["fibula head=#2"], [np.zeros(3), np.ones(3)])
     np.testing.assert_array_equal(found.position_mm, np.ones(3))
+
+
+def test_a_lock_is_waited_for_on_windows_however_long_another_holds_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There a waiting lock gives up after ten seconds with EDEADLOCK."""
+    tried: list[int] = []
+
+    def locking(_handle: int, mode: int, _count: int) -> None:
+        tried.append(mode)
+        if len(tried) < 3:
+            raise OSError(errno.EDEADLOCK, "Resource deadlock avoided")
+
+    windows = SimpleNamespace(locking=locking, LK_LOCK=1, LK_NBLCK=2)
+    monkeypatch.setitem(sys.modules, "msvcrt", windows)
+    monkeypatch.setattr(sys, "platform", "win32")
+    with file_lock(tmp_path / "a", wait=True) as held:
+        assert held
+    assert tried == [1, 1, 1]
+    tried.clear()
+    with file_lock(tmp_path / "a", wait=False) as held:
+        assert not held
+    assert tried == [2]
