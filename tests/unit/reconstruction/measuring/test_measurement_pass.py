@@ -1,7 +1,6 @@
 """Which vertices have a patch, and what is known of the photos after a small move."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,7 +75,7 @@ def test_texture_that_photos_share_holds_and_noise_of_each_does_not(painted) -> 
     found = painted.imagery.coefficients
     noise = (np.mean(found) + np.std(found) * random.normal(size=len(found))).astype(np.float32)
     shares = []
-    for imagery in (painted.imagery, replace(painted.imagery, coefficients=noise)):
+    for imagery in (painted.imagery, painted.imagery._replace(coefficients=noise)):
         seen = observe_surface(mesh, imagery, painted.views, seen_by)
         light = np.zeros((SIDE * SIDE, 5, 4), np.float32)
         light[..., GAIN], light[..., MEAN] = 1.0, np.mean(found)
