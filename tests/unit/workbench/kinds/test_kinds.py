@@ -1,6 +1,7 @@
 """Kinds of limb: that the data of each hangs together, and what follows from it."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -249,3 +250,18 @@ def test_a_kind_without_a_side_is_the_same_whatever_side_somebody_said(kind: Kin
         np.testing.assert_array_equal(said.axis(one.name).direction, plain.axis(one.name).direction)
     angles = [one for one in kind.sheet if isinstance(one, Angle)]
     assert [angle_deg(said, one) for one in angles] == [angle_deg(plain, one) for one in angles]
+
+
+def test_a_centreline_through_one_point_twice_is_refused() -> None:
+    kind = KIND_NAMED["foot"]
+    places = dict(anatomy_of(kind).places)
+    for name in ("first metatarsal head", "fifth metatarsal head", "second toe"):
+        places[name] = np.array([0.0, 150.0, 0.0])
+    foot = replace(anatomy_of(kind), places=places)
+    with pytest.raises(MeasureError) as refused:
+        foot.centreline()
+    assert refused.value.finding.code == "anatomy.on_point"
+    assert refused.value.finding.values["names"] == (
+        *("first metatarsal head", "fifth metatarsal head"),
+        "second toe",
+    )
