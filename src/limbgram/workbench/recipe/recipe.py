@@ -263,7 +263,7 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
         extreme=extreme_girth(limb, after, moved, wall),
         displacement=moved,
         told=(*after.notes[len(limb.notes) :], *said, enclosure_finding(after.mesh)),
-        concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
+        concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm, limb.kind)),
         becomes=becomes,
     )
     return _ReplayState(

@@ -353,3 +353,36 @@ def test_ten_millimetres_are_the_usual_depth(depth_mm: float, needs: tuple[str, 
     load = Load(at="patellar tendon", depth_mm=depth_mm, falloff_mm=20.0)
     found = concerns_of(load, ())
     assert words_for(not_accepted(found)) == needs
+
+
+def test_the_word_that_is_asked_for_is_taken_on_every_kind() -> None:
+    for kind in KINDS:
+        for place in SENSITIVE[kind]:
+            load = replace(ON_HEAD, at=place.name)
+            asked = words_for(concerns_of(load, (), kind))
+            said = accepted(recipe(load), 1, asked).entries[0].accept
+            assert not not_accepted(concerns_of(load, said, kind)), (kind, place.name)
+
+
+def test_a_word_for_one_side_of_a_trunk_is_none_for_the_other() -> None:
+    load = replace(ON_HEAD, at="left iliac spine")
+    (said,) = accepted(recipe(load), 1, ("load on right iliac spine",)).entries[0].accept
+    assert words_for(not_accepted(concerns_of(load, (said,), "torso"))) == (
+        "load on left iliac spine",
+    )
+
+
+def test_another_kind_s_name_of_a_place_is_understood() -> None:
+    load = replace(ON_HEAD, at="iliac crest")
+    (said,) = accepted(recipe(load), 1, ("load on right iliac spine",)).entries[0].accept
+    for kind in ("torso", "transfemoral"):
+        assert not not_accepted(concerns_of(load, (said,), kind))
+
+
+def test_a_load_on_a_trunk_s_iliac_spine_is_done_with_its_word() -> None:
+    head, _ = limb().landmarks
+    spine = replace(head, name="right iliac spine")
+    trunk = replace(limb(), landmarks=(spine,), kind="torso")
+    load = replace(ON_HEAD, at="right iliac spine")
+    meant = accepted(recipe(load), 1, ("load on right iliac spine",))
+    assert replay(meant, trunk).ledger.lines[0].concerns[0].accepted
