@@ -424,7 +424,7 @@ def _reference_skin_after(edit: Edit, start: Limb, before: Limb, after: Limb) ->
         case "stays":
             return start
         case "follows":
-            return after if start is before else do_edit(start, edit)
+            return after if start is before else do_edit(start, edit.repeated(after))
         case "anew":
             return after
 
