@@ -6,7 +6,7 @@ from typing import Annotated
 from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
 from limbgram.findings import note
-from limbgram.workbench.anatomy.names import landmarks_by_identity
+from limbgram.workbench.anatomy.names import identity_of, landmarks_by_identity
 from limbgram.workbench.edits.areas import push_area
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, FromZeroMm, Words, edit, spoken
 from limbgram.workbench.edits.relieve import Relieve
@@ -68,7 +68,7 @@ class BuildUps(Edit):
         """
         marks = landmarks_by_identity(limb.landmarks)
         presets = {} if limb.kind is None else KIND_NAMED[limb.kind].presets
-        skipped = set(self.without)
+        skipped = {identity_of(name) for name in self.without}
         wanted = {one: mm for one, mm in presets.items() if one in marks and one not in skipped}
         if not wanted:
             raise EditError("edit.build_ups.none", names=tuple(presets))
