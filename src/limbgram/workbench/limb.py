@@ -164,7 +164,7 @@ class Limb:
             places={
                 name: one.position_mm for name, one in landmarks_by_identity(self.landmarks).items()
             },
-            left=None if kind.sided and self.side == "none" else self.side == "left",
+            left=(None if self.side == "none" else self.side == "left") if kind.sided else False,
             frame=None if motion is None else motion.rotation,
             origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,
             skin=LineSurface(mesh=self.mesh),

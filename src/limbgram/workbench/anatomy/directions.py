@@ -8,6 +8,7 @@ Fails   MeasureError: a landmark that is needed was not placed, the side is not 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -136,13 +137,20 @@ class Anatomy:
         """The centreline of a limb of a bent kind.
 
         Raises:
-            MeasureError: a landmark that it goes by is missing, or the kind has a straight axis.
+            MeasureError: a landmark that it goes by is missing, two of its nodes lie in one
+                point, or the kind has a straight axis.
         """
         bent = self.kind.centreline
         if bent is None:
             raise MeasureError("anatomy.straight", kind=self.kind.name)
-        nodes = [self.at(mid, "centreline") for mid in bent.nodes]
-        return rounded_polyline(np.stack(nodes), bent.rounded)
+        nodes = np.stack([self.at(mid, "centreline") for mid in bent.nodes])
+        steps_mm = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+        for step_mm, ends in zip(steps_mm, pairwise(bent.nodes), strict=True):
+            if step_mm < _LEAST_MM:
+                raise MeasureError(
+                    "anatomy.on_point", name="centreline", names=_landmark_names(*ends)
+                )
+        return rounded_polyline(nodes, bent.rounded)
 
     def mirror_sign(self) -> float:
         """The sign of angles about a direction that is mirrored with the limb: -1 on a left one.

@@ -288,7 +288,7 @@ class _QuadraturePoints:
         Args:
             at_mm: The line's middle: along, and in the direction in which it leans.
             by_area: Change of the slope for a cubic millimetre added at each point.
-            weighted: It holds the weights already.
+            already_weighted: It holds the weights already.
         """
         change = by_area if already_weighted else by_area * self.weights
         along, leaning = at_mm

@@ -7,10 +7,21 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any, Literal, get_args
 
-from limbgram.workbench.anatomy.kind import Kind
+from limbgram.workbench.anatomy.kind import Angle, Kind
 from limbgram.workbench.devices.device import devices
+from limbgram.workbench.edits.arch_fill import ArchFill
+from limbgram.workbench.edits.build_ups import BuildUps
+from limbgram.workbench.edits.edit import Edit
+from limbgram.workbench.edits.expansion import Expansion
+from limbgram.workbench.edits.heel_skive import HeelSkive
+from limbgram.workbench.edits.plantar_board import PlantarBoard
+from limbgram.workbench.edits.repose import Repose
+from limbgram.workbench.edits.toe_bridge import ToeBridge
 from limbgram.workbench.recipe.recipe import Recipe
 
+_OF_TOES = ("plantar", "foot", "first metatarsal head", "fifth metatarsal head", "second toe")
+_OF_SOLE = (*_OF_TOES, "lateral", "heel", "navicular")
+"""Directions and places by which toes are bridged, and by which a sole is edited."""
 Use = Literal["axes", "sheet", "joint", "device", "no pressure", "build-up"]
 USES: tuple[Use, ...] = get_args(Use)
 """It turns the limb into its frame; the measuring sheet, the turn of a joint or a device goes by
@@ -37,14 +48,30 @@ def uses_of(kind: Kind) -> Mapping[str, tuple[Use, ...]]:
 
 
 def landmarks_of_edits(recipe: Recipe, kind: Kind) -> frozenset[str]:
-    """Names of the places and joints that a recipe's switched-on edits refer to.
+    """Names of the places and joints that a recipe's switched-on edits go by.
 
     Among them may be words that name no landmark.
     """
-    done = [one.edit for one in recipe.entries if one.on]
-    said = {word for edit in done for word in _strings_in(edit)}
-    joints = tuple(one for one in kind.joints if one.name in said)
-    return frozenset(said | _names_in(joints, kind))
+    done = (one.edit for one in recipe.entries if one.on)
+    return frozenset(name for edit in done for name in _names_of_edit(edit, kind))
+
+
+def _names_of_edit(edit: Edit, kind: Kind) -> set[str]:
+    """Names that an edit says, and those that its work goes by."""
+    match edit:
+        case BuildUps():
+            return set(edit.places_of(kind))
+        case ArchFill() | Expansion() | HeelSkive() | PlantarBoard():
+            return _names_in(_OF_SOLE, kind)
+        case ToeBridge():
+            return _names_in(_OF_TOES, kind)
+        case Repose():
+            joints = tuple(one for one in kind.joints if one.name == edit.joint)
+            read = {one.reads for one in joints if edit.to_deg is not None}
+            angles = [one for one in kind.sheet if isinstance(one, Angle) and one.name in read]
+            return _names_in((joints, [(one.of, one.to, one.about) for one in angles]), kind)
+        case _:
+            return set(_strings_in(edit))
 
 
 def _names_in(what: Any, kind: Kind) -> set[str]:

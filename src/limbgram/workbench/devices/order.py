@@ -36,7 +36,7 @@ from typing import Any, cast, get_args
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.files import read_content, toml_of
 from limbgram.core.typed import Mismatch, any_value_of
-from limbgram.workbench.devices.device import Fabrication, WallZone
+from limbgram.workbench.devices.device import Fabrication, WallZone, devices
 from limbgram.workbench.devices.trims import FreePoints
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe, toml_text
 from limbgram.workbench.recipe.recipe import Recipe
@@ -99,9 +99,10 @@ def parse_order(text: str | bytes, name: str) -> OrderFile:
         raise OptionsError("device.file.unknown", name=name, key=unknown[0])
     try:
         recipe = _value(tree, "recipe", str, "")
+        device = _value(tree, "device", str, "")
         return OrderFile(
-            device=_value(tree, "device", str, ""),
-            made=_value(tree, "made", Fabrication, get_args(Fabrication)[0]),
+            device=device,
+            made=_value(tree, "made", Fabrication, _usual_fabrication(device)),
             values=_table(tree, "values", float),
             free=_table(tree, "free", tuple[float, float, float]),
             zones=_value(tree, "zone", tuple[WallZone, ...], ()),
@@ -143,6 +144,12 @@ def encode_order(order: OrderFile) -> bytes:
         lines += ["", "[[body]]", f"name = {toml_text(body.name)}"]
         lines += [f"cut = {str(body.cut).lower()}", f"sha256 = {toml_text(body.sha256)}"]
     return ("\n".join(lines) + "\n").encode()
+
+
+def _usual_fabrication(device: str) -> Fabrication:
+    """How a device is usually made; of one that is not known, which is refused later, as any."""
+    known = devices().get(device)
+    return get_args(Fabrication)[0] if known is None else known.usual_fabrication
 
 
 def _value(tree: Mapping[str, Any], key: str, hint: Any, otherwise: Any) -> Any:

@@ -6,11 +6,11 @@ from typing import Annotated
 from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
 from limbgram.findings import note
-from limbgram.workbench.anatomy.names import landmarks_by_identity
+from limbgram.workbench.anatomy.names import identity_of, landmarks_by_identity
 from limbgram.workbench.edits.areas import push_area
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, FromZeroMm, Words, edit, spoken
 from limbgram.workbench.edits.relieve import Relieve
-from limbgram.workbench.limb import KIND_NAMED, Limb
+from limbgram.workbench.limb import KIND_NAMED, Kind, Limb
 
 
 @edit(
@@ -67,9 +67,10 @@ class BuildUps(Edit):
             EditError: no place of the preset was marked, or the surface would fold.
         """
         marks = landmarks_by_identity(limb.landmarks)
-        presets = {} if limb.kind is None else KIND_NAMED[limb.kind].presets
-        skipped = set(self.without)
-        wanted = {one: mm for one, mm in presets.items() if one in marks and one not in skipped}
+        kind = None if limb.kind is None else KIND_NAMED[limb.kind]
+        presets = {} if kind is None else kind.presets
+        places = () if kind is None else self.places_of(kind)
+        wanted = {one: presets[one] for one in places if one in marks}
         if not wanted:
             raise EditError("edit.build_ups.none", names=tuple(presets))
         for name, height_mm in wanted.items():
@@ -82,3 +83,8 @@ class BuildUps(Edit):
             limb = push_area(limb, one, 1.0)
         told = note("edit.build_ups.done", names=tuple(wanted), times=self.times)
         return replace(limb, notes=(*limb.notes, told))
+
+    def places_of(self, kind: Kind) -> tuple[str, ...]:
+        """The places of a kind's preset that are built up where they are marked."""
+        skipped = {identity_of(name) for name in self.without}
+        return tuple(one for one in kind.presets if one not in skipped)

@@ -150,6 +150,10 @@ class Edit(ABC):
             EditError: says which.
         """
 
+    def repeated(self, after: Limb) -> "Edit":  # noqa: ARG002 - most do the same to any skin
+        """The edit that moves another skin of the limb as this one moved what became `after`."""
+        return self
+
     @abstractmethod
     def apply(self, limb: Limb) -> Limb:
         """The limb after the edit, whose numbers have been checked; see `editing.do_edit`.

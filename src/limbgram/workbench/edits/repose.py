@@ -184,6 +184,15 @@ class Repose(Edit):
         told = note("edit.repose.done", joint=self.joint, by_deg=by_deg, strain=strain)
         return replace(after, notes=(*after.notes, told, angle_finding(limb, after, self.joint)))
 
+    def repeated(self, after: Limb) -> Edit:
+        """The turn by as much: another skin has another angle before it."""
+        if self.to_deg is None:
+            return self
+        done = next(one for one in reversed(after.notes) if one.code == "edit.repose.done")
+        by_deg = done.values["by_deg"]
+        assert isinstance(by_deg, float)
+        return replace(self, to_deg=None, by_deg=by_deg)
+
     def _turn(self, anatomy: Anatomy, by_deg: float) -> "JointTurn":
         return JointTurn.of(anatomy, self.joint, by_deg * anatomy.mirror_sign(), self.band_mm)
 

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import numpy as np
 
+from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import (
@@ -64,10 +65,14 @@ class Roll(Edit):
         """Move the band towards the middle of its section.
 
         Raises:
-            EditError: the limb is not aligned, or has no landmark of the name.
+            EditError: the limb is not aligned, has no landmark of the name, or does not reach the
+                band.
         """
         points = points_in_limb_frame(limb)
         middle = height_mm(limb, self.at_mm, self.above)
+        low, high = float(points[:, 2].min()), float(points[:, 2].max())
+        if not low - self.band_mm < middle < high + self.band_mm:
+            raise EditError("edit.levels.off_shape", low_mm=low, high_mm=high, nearest_mm=middle)
         outward = points - section_centres_mm(limb, points)
         outward[:, 2] = 0.0
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)

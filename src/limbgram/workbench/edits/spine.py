@@ -144,8 +144,9 @@ class Spine(Edit):
         points = after.points_on_levels(z, _rotated(_rotated(flat, half) + shift, half)) + base
         back = moved_by(aligned.limb_from_mesh.inverse, points)
         strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, back)
-        if strain > (MOST_STRAIN_ACCEPTED if self.beyond else MOST_STRAIN):
-            raise EditError("edit.spine.strain", strain=strain, most=MOST_STRAIN)
+        most = MOST_STRAIN_ACCEPTED if self.beyond else MOST_STRAIN
+        if strain > most:
+            raise EditError("edit.spine.strain", strain=strain, most=most, beyond=self.beyond)
         moved = displaced(limb, back)
         bent = zip(("side bend", "extension"), self._bends, strict=True)
         told = [angle_finding(limb, moved, joint) for joint, values in bent if values]

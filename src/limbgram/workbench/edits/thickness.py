@@ -91,8 +91,8 @@ def thickness_between_skins(solid: Mesh, first_faces: int, second_faces: int) ->
     """The thickness of a solid whose first faces are one skin, the next ones another.
 
     Args:
-        ones: Number of faces of the first skin.
-        twos: Number of faces of the second skin.
+        first_faces: Number of faces of the first skin.
+        second_faces: Number of faces of the second skin.
     """
     one, two = solid.faces[:first_faces], solid.faces[first_faces : first_faces + second_faces]
     away = np.full(len(solid), np.nan)

@@ -101,6 +101,7 @@ def align(limb: Limb, options: AlignOptions) -> AlignedLimb:
         OptionsError: a direction or an angle that cannot be meant.
     """
     require_side_of_file(options)
+    _require_directions(options)
     found = outer_bodies(limb.mesh)
     found.require_one_limb()
     whole = replace(limb, kind=options.kind or limb.kind)
@@ -238,6 +239,23 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
                 right_mm=float(x),
                 anterior_mm=float(y),
             )
+
+
+def _require_directions(options: AlignOptions) -> None:
+    """Refuse a stated direction that has no length, or is none in numbers.
+
+    Raises:
+        OptionsError: says which.
+    """
+    stated = {
+        "axis": options.axis,
+        "proximal": options.proximal,
+        "anterior": options.anterior,
+    }
+    for option, given in stated.items():
+        if given is not None and not 0 < float(np.linalg.norm(given)) < np.inf:
+            text = ",".join(f"{value:g}" for value in given)
+            raise OptionsError("options.no_direction", text=text, option=option)
 
 
 def side_change_findings(limb: Limb, options: AlignOptions) -> tuple[Finding, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.axis import fit_axis
+from limbgram.workbench.anatomy.names import identity_of
 from limbgram.workbench.frame.alignment import AlignOptions, proximal_direction
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 
@@ -30,7 +31,7 @@ class GuessedPlace:
 
 def guess_places(limb: Limb) -> tuple[GuessedPlace, ...]:
     """Landmarks guessed from the shape, without those that it has."""
-    known = {mark.name for mark in limb.landmarks}
+    known = {identity_of(mark.name) for mark in limb.landmarks}
     if limb.kind is None or not KIND_NAMED[limb.kind].round_ended or "distal end" in known:
         return ()
     up = _proximal_direction(limb)

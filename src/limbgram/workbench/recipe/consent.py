@@ -15,15 +15,18 @@ from typing import NamedTuple
 
 from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.anatomy.names import identity_of
 from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM, PlaceEffects
-from limbgram.workbench.frame.sensitive import sensitive_place
+from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
 from limbgram.workbench.limb import KindName
 
 _DEPTH_TOLERANCE_MM = 0.1
 """Tolerance to which a depth is found again on a triangle mesh."""
 _LOAD = re.compile(r"load on (.+)")
 _DEPTH = re.compile(r"depth to (\d{1,3}(?:\.\d{1,3})?) ?mm")
+_PLACE_NAMES = frozenset(place.name for places in SENSITIVE.values() for place in places)
+"""One place may have several: an iliac spine is another one on a trunk than on a thigh."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +65,7 @@ def concerns_of(
     placed = _placed_depth(edit)
     if placed is None:
         return
+    words = _words_in_kind(words, kind)
     if placed.carves and placed.landmark is not None:
         place = sensitive_place(placed.landmark, kind)
         if place is not None:
@@ -71,7 +75,11 @@ def concerns_of(
 
 
 def concerns_on_limb(
-    edit: Edit, words: Sequence[str], found: PlaceEffects, reach_mm: tuple[float, float]
+    edit: Edit,
+    words: Sequence[str],
+    found: PlaceEffects,
+    reach_mm: tuple[float, float],
+    kind: KindName | None = None,
 ) -> Iterator[Concern]:
     """Concerns from the edited limb: places that the edit presses on, and depths there.
 
@@ -79,6 +87,7 @@ def concerns_on_limb(
     """
     placed = _placed_depth(edit)
     if placed is not None:
+        words = _words_in_kind(words, kind)
         for one in found.pressures:
             pressing = doubt("recipe.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
             yield _concern_of_finding(pressing, f"load on {one.place}", words)
@@ -149,7 +158,20 @@ def _plain_word(word: str, what: str) -> str:
     if depth is not None:
         return f"depth to {float(depth[1]):g} mm"
     load = _LOAD.fullmatch(plain)
-    place = None if load is None else sensitive_place(load[1].removeprefix("the "), None)
+    named = "" if load is None else load[1].removeprefix("the ")
+    place = sensitive_place(named, None) if named else None
     if place is None:
         raise OptionsError("recipe.word", what=what, word=word)
-    return f"load on {place.name}"
+    own = identity_of(named)
+    return f"load on {own if own in _PLACE_NAMES else place.name}"
+
+
+def _words_in_kind(words: Sequence[str], kind: KindName | None) -> tuple[str, ...]:
+    """The words with places under the names that the kind has for them."""
+    return tuple(_word_in_kind(word, kind) for word in words)
+
+
+def _word_in_kind(word: str, kind: KindName | None) -> str:
+    load = _LOAD.fullmatch(word)
+    place = None if load is None else sensitive_place(load[1], kind)
+    return word if place is None else f"load on {place.name}"

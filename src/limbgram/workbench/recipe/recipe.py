@@ -17,6 +17,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from difflib import SequenceMatcher
 
+import numpy as np
+
 from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.notebook import brief
@@ -33,9 +35,11 @@ from limbgram.workbench.edits.pressing import (
     depths_from_start,
     effects_at_places,
 )
+from limbgram.workbench.edits.regions import displaced
 from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.lengths import barycentric_on_mesh
 from limbgram.workbench.recipe.consent import (
     Concern,
     as_typed_words,
@@ -263,7 +267,7 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
         extreme=extreme_girth(limb, after, moved, wall),
         displacement=moved,
         told=(*after.notes[len(limb.notes) :], *said, enclosure_finding(after.mesh)),
-        concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
+        concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm, limb.kind)),
         becomes=becomes,
     )
     return _ReplayState(
@@ -424,9 +428,21 @@ def _reference_skin_after(edit: Edit, start: Limb, before: Limb, after: Limb) ->
         case "stays":
             return start
         case "follows":
-            return after if start is before else do_edit(start, edit)
+            return after if start is before else _followed(edit, start, before, after)
         case "anew":
             return after
+
+
+def _followed(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
+    """A skin after an edit that another one was done to; where it is refused on this one, as on a
+    scan before it was cleaned, moved as the other one moved next to it."""
+    try:
+        return do_edit(start, edit.repeated(after))
+    except EditError:
+        ids, shares = barycentric_on_mesh(before.mesh, start.mesh.vertices_mm)
+        moves = (after.mesh.vertices_mm - before.mesh.vertices_mm)[ids]
+        moved = displaced(start, start.mesh.vertices_mm + np.einsum("pk,pkd->pd", shares, moves))
+        return replace(moved, sock_mm=after.sock_mm)
 
 
 def _entry(recipe: Recipe, number: int) -> Entry:

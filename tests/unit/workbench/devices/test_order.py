@@ -60,3 +60,9 @@ def test_what_is_no_order_is_refused(change: tuple[str, str], code: str) -> None
 
 def test_a_file_is_read_up_to_4_mb(tmp_path: Path) -> None:
     require_takes_up_to(read_order, tmp_path / "order.toml", 4_000_000)
+
+
+@pytest.mark.parametrize(("device", "made"), [("solid-afo", "draped"), ("ptb-socket", "printed")])
+def test_an_order_that_does_not_say_how_is_made_as_usual(device: str, made: str) -> None:
+    text = f'format = "limbgram device"\nversion = 1\ndevice = "{device}"\n'
+    assert parse_order(text, "a.toml").made == made

@@ -44,3 +44,21 @@ def test_bones_that_bear_nothing_are_in_the_presets_of_socket_and_brace() -> Non
     for side in ("right", "left"):
         assert {f"{side} iliac spine", f"{side} iliac crest", f"{side} tenth rib"} <= set(brace)
     assert "patellar tendon" not in KIND_NAMED["transtibial"].presets
+
+
+def test_what_stays_is_named_in_any_language() -> None:
+    knee, crest = (RADIUS_MM * np.array([np.cos(a), np.sin(a), 0]) for a in (0.0, np.radians(90)))
+    up = np.array([0.0, 0.0, 100.0])
+    limb = AlignedLimb(
+        mesh=stump(),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+        kind="transtibial",
+        landmarks=(
+            Landmark(name="Fibulakopf", position_mm=knee + up),
+            Landmark(name="tibial crest", position_mm=crest + up),
+        ),
+    )
+    after = do_edit(limb, BuildUps(without=("Wadenbeinköpfchen",)))
+    step = after.landmark("fibula head").position_mm - limb.landmark("fibula head").position_mm
+    np.testing.assert_allclose(step, 0, atol=1e-9)
+    assert after.notes[-1].values["names"] == ("tibial crest",)

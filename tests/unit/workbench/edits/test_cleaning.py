@@ -18,6 +18,9 @@ from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.clean import Clean
 from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.plane_cut import PlaneCut
+from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -160,3 +163,19 @@ def test_it_stands_in_a_recipe_like_the_others(tmp_path: Path, spoilt: Limb) -> 
     (spikes,) = (one for one in line["told"] if one["code"] == "edit.clean.spikes")
     assert spikes["values"]["count"] == 3
     assert 'do = "clean"' in recipe.read_text()
+
+
+def test_a_sock_comes_off_after_a_rough_brim_was_cut_off(scan: Limb) -> None:
+    """Depths count from the whole scan, whose brim would fold: it goes in as the rest does."""
+    mesh, random = scan.mesh, np.random.default_rng(0)
+    rough_mm = 2.0 * random.normal(size=(len(mesh), 3))
+    rough_mm[mesh.vertices_mm[:, 2] <= 200] = 0.0
+    rough = scan.with_mesh(mesh.with_vertices(mesh.vertices_mm + rough_mm))
+    sock = Sock(thickness_mm=2.3)
+    with pytest.raises(EditError):
+        do_edit(rough, sock)
+    deep = Load(at="popliteal crease", depth_mm=9.8, falloff_mm=25.0)
+    entries = tuple(Entry(edit=edit) for edit in (PlaneCut(height_mm=195.0), sock, deep))
+    done = replay(Recipe(name="a", entries=entries), rough)
+    assert done.limb.sock_mm == 2.3
+    assert done.ledger.lines[2].concerns == ()

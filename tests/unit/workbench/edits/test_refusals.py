@@ -13,6 +13,7 @@ from limbgram.workbench.edits.extension import Extension
 from limbgram.workbench.edits.flare import Flare
 from limbgram.workbench.edits.liner import Liner
 from limbgram.workbench.edits.plane_cut import PlaneCut
+from limbgram.workbench.edits.regions import points_in_limb_frame
 from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.edits.roll import Roll
 from limbgram.workbench.edits.sock_ply import SockPly
@@ -86,3 +87,14 @@ def test_the_innermost_name_counts_and_other_refusals_pass() -> None:
     with pytest.raises(MeasureError) as other, refusals_about("outer"):
         raise MeasureError("anatomy.missing", names=("heel",), wanted_for=None)
     assert "what" not in other.value.finding.values
+
+
+def test_a_roll_that_misses_the_limb_is_refused(limb: Limb) -> None:
+    heights = points_in_limb_frame(limb)[:, 2]
+    low, high = float(heights.min()), float(heights.max())
+    for at_mm in (low - 20.5, high + 20.5):
+        with pytest.raises(EditError) as refused:
+            do_edit(limb, Roll(depth_mm=3.0, band_mm=20.0, at_mm=at_mm))
+        assert refused.value.finding.code == "edit.levels.off_shape"
+        assert refused.value.finding.values["nearest_mm"] == at_mm
+    do_edit(limb, Roll(depth_mm=3.0, band_mm=20.0, at_mm=high + 19.5))

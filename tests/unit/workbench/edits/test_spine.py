@@ -8,6 +8,7 @@ import pytest
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.spine import Spine
 from limbgram.workbench.limb import AlignedLimb, Landmark, LimbFrame
@@ -132,3 +133,5 @@ def test_landmarks_go_with_the_surface_and_a_sharp_bend_is_refused() -> None:
         with pytest.raises(EditError) as refused:
             do_edit(limb, sharp)
         assert refused.value.finding.code == "edit.spine.strain"
+        assert ("say that it is meant" in told(refused.value.finding)) is not beyond
+        assert refused.value.finding.values["most"] == (0.6 if beyond else 0.25)

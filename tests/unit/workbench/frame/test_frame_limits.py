@@ -105,3 +105,12 @@ def test_four_letters_of_five_are_a_slip_of_the_pen() -> None:
     """difflib counts both names: 2 x 9 of 22 letters are 0.82, 2 x 8 of 22 are 0.73."""
     assert likely_meant("fibula hexd", None) == "fibula head"
     assert likely_meant("fixxlx xead", None) is None
+
+
+@pytest.mark.parametrize("named", ["axis", "proximal", "anterior"])
+@pytest.mark.parametrize("given", [(0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (np.inf, 0.0, 0.0)])
+def test_a_direction_has_a_length(
+    stump: Limb, named: str, given: tuple[float, float, float]
+) -> None:
+    stated = {"anterior": FRONT, named: np.array(given)}
+    assert codes(stump, AlignOptions(side="right", **stated)) == ["options.no_direction"]

@@ -27,6 +27,8 @@ def test_what_is_known_and_what_no_shape_tells_is_not_guessed(stump: Limb, lay: 
     (found,) = guess_places(plain)
     mark = replace(stump.landmarks[0], name="distal end", position_mm=found.position_mm)
     assert guess_places(replace(plain, landmarks=(mark,))) == ()
+    german = replace(mark, name="Stumpfende")
+    assert guess_places(replace(plain, landmarks=(german,))) == ()
     assert guess_places(replace(plain, kind="torso")) == ()
     assert guess_places(replace(plain, kind=None)) == ()
 

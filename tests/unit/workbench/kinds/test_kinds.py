@@ -1,6 +1,7 @@
 """Kinds of limb: that the data of each hangs together, and what follows from it."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,8 +17,8 @@ from limbgram.workbench.anatomy.kind import Angle, Kind, Midpoint, SurfaceAxis
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED, KINDS
 from limbgram.workbench.anatomy.landmark import Landmark, Placing
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.limb import Limb
-from limbgram.workbench.measures.sheet import unit_of
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
+from limbgram.workbench.measures.sheet import angle_deg, unit_of
 
 EACH = list(KIND_NAMED.values())
 
@@ -226,4 +227,41 @@ def test_what_a_landmark_is_wanted_for_is_said_in_words() -> None:
     assert told(refused.value.finding, "de").startswith(
         "Nicht markiert: rechte Brustwarze und linke Brustwarze (gebraucht für: Taille bis "
         "Brustwarzenlinie)."
+    )
+
+
+@pytest.mark.parametrize("kind", [one for one in EACH if not one.sided], ids=lambda kind: kind.name)
+def test_a_kind_without_a_side_is_the_same_whatever_side_somebody_said(kind: Kind) -> None:
+    random = np.random.default_rng(5)
+    marks = tuple(
+        Landmark(name=one.identity, position_mm=random.normal(0, 100, 3)) for one in kind.places
+    )
+    mesh = Mesh(vertices_mm=np.eye(3), faces=np.array([[0, 1, 2]], np.int32))
+    plain, said = (
+        AlignedLimb(
+            mesh=mesh,
+            landmarks=marks,
+            kind=kind.name,
+            frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=side),
+        ).anatomy
+        for side in ("none", "left")
+    )
+    for one in kind.directions:
+        np.testing.assert_array_equal(said.axis(one.name).direction, plain.axis(one.name).direction)
+    angles = [one for one in kind.sheet if isinstance(one, Angle)]
+    assert [angle_deg(said, one) for one in angles] == [angle_deg(plain, one) for one in angles]
+
+
+def test_a_centreline_through_one_point_twice_is_refused() -> None:
+    kind = KIND_NAMED["foot"]
+    places = dict(anatomy_of(kind).places)
+    for name in ("first metatarsal head", "fifth metatarsal head", "second toe"):
+        places[name] = np.array([0.0, 150.0, 0.0])
+    foot = replace(anatomy_of(kind), places=places)
+    with pytest.raises(MeasureError) as refused:
+        foot.centreline()
+    assert refused.value.finding.code == "anatomy.on_point"
+    assert refused.value.finding.values["names"] == (
+        *("first metatarsal head", "fifth metatarsal head"),
+        "second toe",
     )

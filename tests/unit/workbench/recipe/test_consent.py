@@ -13,6 +13,7 @@ from limbgram.cli.main import app
 from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.edit import Edit, Effect, edit
@@ -24,11 +25,13 @@ from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.edits.room import Room
 from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
 from limbgram.workbench.limb import KINDS, AlignedLimb, Landmark, Limb, LimbFrame
+from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 from limbgram.workbench.recipe.consent import concerns_of, not_accepted, words_for
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
 from limbgram.workbench.recipe.ledger import lines_of
@@ -353,3 +356,64 @@ def test_ten_millimetres_are_the_usual_depth(depth_mm: float, needs: tuple[str, 
     load = Load(at="patellar tendon", depth_mm=depth_mm, falloff_mm=20.0)
     found = concerns_of(load, ())
     assert words_for(not_accepted(found)) == needs
+
+
+def test_the_word_that_is_asked_for_is_taken_on_every_kind() -> None:
+    for kind in KINDS:
+        for place in SENSITIVE[kind]:
+            load = replace(ON_HEAD, at=place.name)
+            asked = words_for(concerns_of(load, (), kind))
+            said = accepted(recipe(load), 1, asked).entries[0].accept
+            assert not not_accepted(concerns_of(load, said, kind)), (kind, place.name)
+
+
+def test_a_word_for_one_side_of_a_trunk_is_none_for_the_other() -> None:
+    load = replace(ON_HEAD, at="left iliac spine")
+    (said,) = accepted(recipe(load), 1, ("load on right iliac spine",)).entries[0].accept
+    assert words_for(not_accepted(concerns_of(load, (said,), "torso"))) == (
+        "load on left iliac spine",
+    )
+
+
+def test_another_kind_s_name_of_a_place_is_understood() -> None:
+    load = replace(ON_HEAD, at="iliac crest")
+    (said,) = accepted(recipe(load), 1, ("load on right iliac spine",)).entries[0].accept
+    for kind in ("torso", "transfemoral"):
+        assert not not_accepted(concerns_of(load, (said,), kind))
+
+
+def test_a_load_on_a_trunk_s_iliac_spine_is_done_with_its_word() -> None:
+    head, _ = limb().landmarks
+    spine = replace(head, name="right iliac spine")
+    trunk = replace(limb(), landmarks=(spine,), kind="torso")
+    load = replace(ON_HEAD, at="right iliac spine")
+    meant = accepted(recipe(load), 1, ("load on right iliac spine",))
+    assert replay(meant, trunk).ledger.lines[0].concerns[0].accepted
+
+
+def test_a_joint_set_to_an_angle_after_a_load_hides_no_depth() -> None:
+    """The skin from which depths count turns by as much as the limb does."""
+    back = {"sacrum": -80.0, "third lumbar vertebra": -20.0, "twelfth thoracic vertebra": 20.0}
+    places = {name: np.array([0.0, -60.0, z]) for name, z in back.items()}
+    places |= {
+        "seventh cervical vertebra": np.array([0.0, -20.0, 95.0]),
+        "right iliac spine": np.array([50.0, 30.0, -70.0]),
+        "left iliac spine": np.array([-50.0, 30.0, -70.0]),
+        "gluteal fold": np.array([0.0, -25.0, 85.0]),
+    }
+    mesh = limb().mesh
+    nearest = tree_on(mesh).closest(np.stack(list(places.values()))).points_mm
+    trunk = replace(
+        limb(),
+        kind="torso",
+        landmarks=tuple(
+            Landmark(name=name, position_mm=at) for name, at in zip(places, nearest, strict=True)
+        ),
+    )
+    load = Load(at="twelfth thoracic vertebra", depth_mm=8.0, falloff_mm=30.0)
+    asked = SheetOptions(only=("lordosis_deg",))
+    now_deg = measuring_sheet(trunk, asked)["lordosis_deg"].value
+    turn = Repose(joint="extension", to_deg=now_deg + 2.0, band_mm=60.0, beyond=True)
+    high = Relieve(at="gluteal fold", depth_mm=2.0, falloff_mm=10.0)
+    done = replay_as_it_is(recipe(load, turn, high), trunk)
+    assert done.ledger.lines[2].concerns == ()
