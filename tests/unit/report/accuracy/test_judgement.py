@@ -422,6 +422,15 @@ def test_a_tape_that_is_not_sure_enough_does_not_check_the_size(with_sigmas: Evi
     assert "limit.scale.one_source" in codes(vague.findings)
 
 
+def test_a_scale_that_a_tape_confirms_is_not_advised_to_be_unchecked(with_sigmas: Evidence) -> None:
+    scale = replace(with_sigmas.metric.scale, lengths=with_sigmas.metric.scale.lengths[:1])
+    alone = replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale))
+    for sigma_mm, checked in ((1.5, True), (20.0, False)):
+        tree = assess(with_tape(alone, GIRTH_MM, sigma_mm))
+        assert tree.size_checked is checked
+        assert ("limit.scale.unchecked" in codes(tree.findings)) is not checked
+
+
 def test_every_tape_that_can_tell_must_agree(with_sigmas: Evidence) -> None:
     board = on_one_board(with_sigmas)
     (good,) = with_tape(board, GIRTH_MM, 1.5).tapes.found
