@@ -146,6 +146,24 @@ def test_the_app_names_no_commands(language: str) -> None:
     assert not seen
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_step_that_advice_names_is_one_of_the_app(language: str) -> None:
+    """What the workbench does to a shape is an edit there, and a step is a page of a case."""
+    texts = (Path(__file__).parents[3] / "web" / "src" / "texts.ts").read_text(encoding="utf-8")
+    pairs = re.findall(r'"step\.\w+": \["(\w+)", "(\w+)"\]', texts)
+    steps = {name for both in pairs for name in both}
+    named = re.compile(r"\b(?:step|Schritt) ([A-ZÄÖÜ`]\w+)")
+    found = {
+        (code, name)
+        for code, words in all_words(language).items()
+        for door in ("command", "app")
+        for name in named.findall(f"{words.sentence} {words.advice(door)}")
+        if name not in steps
+    }
+    assert "Align" in steps
+    assert not found
+
+
 def test_topics_are_told_apart_by_their_files() -> None:
     of_topics: dict[str, set[str]] = defaultdict(set)
     for language in LANGUAGES:
