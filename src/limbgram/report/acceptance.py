@@ -17,7 +17,7 @@ from limbgram.capture.acceptance import (
 from limbgram.capture.certificate import Certificate
 from limbgram.capture.permissible_errors import KINDS
 from limbgram.capture.setup import Outcome, SetupCited
-from limbgram.findings import fault, told
+from limbgram.findings import LANGUAGES, fault, told
 from limbgram.report.blocks import (
     AdviceList,
     Banner,
@@ -110,8 +110,8 @@ def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Ite
     yield Section(title="Proof of the kit", blocks=blocks, sheet=sheet)
 
 
-def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
-    """The test for people at a terminal."""
+def acceptance_lines(found: Acceptance, language: str = LANGUAGES[0]) -> tuple[str, ...]:
+    """The test for people at a terminal; its findings in their language."""
     rows = [
         f"  {one.capture}: {_SHORT[one.kind]} of {one.name} {_signed_text(one)} mm"
         + (
@@ -121,7 +121,9 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
         )
         for one in found.values
     ]
-    missing = [f"  {one.capture}: {one.name}: {told(one.reason)}" for one in found.not_measured]
+    missing = [
+        f"  {one.capture}: {one.name}: {told(one.reason, language)}" for one in found.not_measured
+    ]
     spreads = [
         f"  {KINDS[one.kind]}: mean {one.bias_mm:+z.3f} mm"
         + (f" ({one.bias_share:+z.3%})" if one.bias_share is not None else "")
@@ -130,7 +132,7 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
         for one in found.spreads
     ]
     return (
-        told(found.headline),
+        told(found.headline, language),
         *rows,
         *(("Not measured:", *missing) if missing else ()),
         "All together:",

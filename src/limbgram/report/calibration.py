@@ -13,7 +13,7 @@ import numpy as np
 
 from limbgram.core.geometry.lens import PARAMETERS
 from limbgram.core.interval import HOLDS, Interval, plus_minus
-from limbgram.findings import Finding, told
+from limbgram.findings import LANGUAGES, Finding, told
 from limbgram.reconstruction.calibration.adjustment import BOARD_TERMS
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.screening import Estimate
@@ -118,15 +118,15 @@ def calibration_picture(result: BoardCalibration) -> bytes:
     return picture.getvalue()
 
 
-def calibration_text(result: BoardCalibration) -> str:
-    """A calibration's results as text, a line each."""
+def calibration_text(result: BoardCalibration, language: str = LANGUAGES[0]) -> str:
+    """A calibration's results as text, a line each; its findings in the language."""
     calibration, camera = result.calibration, result.calibration.camera
     lines = [
         f"{calibration.label or 'unnamed camera'}, {camera.width_px} x {camera.height_px}",
         f"{result.board}",
         f"{len(result.photos)} photos used, {len(result.set_aside)} set aside; "
         f"RMS {calibration.rms_px:.3f} px",
-        *(f"  {one.name}: {told(one.reason)}" for one in result.set_aside),
+        *(f"  {one.name}: {told(one.reason, language)}" for one in result.set_aside),
         "",
     ]
     for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas):
@@ -143,7 +143,7 @@ def calibration_text(result: BoardCalibration) -> str:
         lines += ["board not flat or true (of its half side):"] + [
             f"{name:>10} {_with_spread(one)}" for name, one in zip(BOARD_TERMS, result.board_shape)
         ]
-    return "\n".join(lines + [""] + [f"! {told(doubt)}" for doubt in result.doubts])
+    return "\n".join(lines + [""] + [f"! {told(doubt, language)}" for doubt in result.doubts])
 
 
 def calibration_summary(result: BoardCalibration) -> CalibrationSummary:

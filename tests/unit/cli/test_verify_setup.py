@@ -32,6 +32,9 @@ lengths = [{first = "A", second = "B", length_mm = 150.0, uncertainty_mm = 0.01}
 """
 
 
+GERMAN = {"PASS": "BESTANDEN: ", "FAIL": "NICHT BESTANDEN: ", "CANNOT TELL": "UNENTSCHIEDEN: "}
+
+
 def kit(scale: float) -> MeasuredCapture:
     mesh = make_gauge(BallBar(), 1.5, 60.0).mesh
     mesh = mesh.with_vertices(scale * mesh.vertices_mm + np.array([5.0, 0.0, 0.0]))
@@ -97,6 +100,8 @@ def test_every_answer_has_its_code(
         assert reply["acceptance"]["outcome"] == word.lower()
     else:
         assert answer.stdout.startswith(f"{word}: ")
+        german = CliRunner().invoke(app, ["verify-setup", *words], env={"LIMBGRAM_LANGUAGE": "de"})
+        assert german.stdout.startswith(GERMAN[word])
     assert f"<b>{word}</b>" in out.with_suffix(".html").read_text()
     assert out.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
     assert json.loads(out.read_text())["acceptance"]["outcome"] == word.lower()

@@ -55,6 +55,8 @@ def test_photos_that_were_set_aside_are_named_with_the_reason(
     lines = calibration_text(result).splitlines()
     counted = next(k for k, line in enumerate(lines) if "1 set aside" in line)
     assert lines[counted + 1] == "  CAL_7.jpg: the board is cut off"
+    few = replace(result, doubts=(note("lens.doubt.few_photos", photos=6),))
+    assert "! 6 Fotos sind wenig" in calibration_text(few, "de")
 
 
 def test_the_picture_is_drawn(capture: Callable[..., Any]) -> None:
