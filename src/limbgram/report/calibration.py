@@ -18,6 +18,7 @@ from limbgram.reconstruction.calibration.adjustment import BOARD_TERMS
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.screening import Estimate
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.report.drawings.drawing import as_it_is
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,7 +112,13 @@ def calibration_picture(result: BoardCalibration) -> bytes:
     _draw_photos(photos, result)
     numbers.axis("off")
     numbers.text(
-        0.0, 1.0, calibration_text(result), family="monospace", fontsize=8, va="top", wrap=True
+        0.0,
+        1.0,
+        as_it_is(calibration_text(result)),
+        family="monospace",
+        fontsize=8,
+        va="top",
+        wrap=True,
     )
     picture = io.BytesIO()
     canvas.print_png(picture)
@@ -221,7 +228,7 @@ def _draw_coverage(axes: "Axes", result: BoardCalibration) -> None:
 
 
 def _draw_photos(axes: "Axes", result: BoardCalibration) -> None:
-    names = [photo.name for photo in result.photos]
+    names = [as_it_is(photo.name) for photo in result.photos]
     rms_px = [photo.rms_px for photo in result.photos]
     axes.barh(range(len(names)), rms_px, color=_BLUE)
     axes.axvline(result.calibration.rms_px, color=_ORANGE, lw=1)

@@ -67,3 +67,16 @@ def test_the_picture_is_drawn(capture: Callable[..., Any]) -> None:
     grey = np.asarray(picture.convert("L"))
     quarters = [part for half in np.array_split(grey, 2) for part in np.array_split(half, 2, 1)]
     assert all((part < 128).mean() > 0.002 for part in quarters)
+
+
+def test_a_name_with_dollar_signs_is_no_formula_in_the_picture(
+    capture: Callable[..., Any],
+) -> None:
+    result = calibrate_detections(*capture(photos=6).arguments)
+    first, *others = result.photos
+    result = replace(
+        result,
+        photos=(replace(first, name="CAL$__$1.jpg"), *others),
+        set_aside=(SetAside("CAL$__$2.jpg", note("said.as_is", message="cut off")),),
+    )
+    assert calibration_picture(result).startswith(b"\x89PNG")
