@@ -148,7 +148,6 @@ def _cards(certificate: Certificate) -> tuple[Card, ...]:
     found = certificate.acceptance
     lengths = [one for one in found.spreads if one.kind in ("spacing", "length")]
     forms = [one for one in found.spreads if one.kind == "form"]
-    biased = next((one for one in found.spreads if one.kind in ("spacing", "length")), None)
     count = len(certificate.captures)
     return (
         Card(
@@ -160,7 +159,7 @@ def _cards(certificate: Certificate) -> tuple[Card, ...]:
         ),
         Card(
             "Mean error of lengths",
-            "not tested" if biased is None else f"{100 * (biased.bias_share or 0.0):+z.3f} %",
+            f"{100 * _mean_share(lengths):+z.3f} %" if lengths else "not tested",
             "an error of scale shows here",
         ),
         Card(
@@ -174,6 +173,12 @@ def _cards(certificate: Certificate) -> tuple[Card, ...]:
             f"counts for {certificate.valid_months} months",
         ),
     )
+
+
+def _mean_share(lengths: Sequence[Spread]) -> float:
+    """Mean of the errors of all lengths, between spheres and between marks, as parts of them."""
+    summed = sum(one.count * (one.bias_share or 0.0) for one in lengths)
+    return summed / sum(one.count for one in lengths)
 
 
 def _missing(found: Acceptance) -> Iterator[Section]:

@@ -125,3 +125,19 @@ def test_the_page_says_what_was_not_measured(tmp_path: Path) -> None:
     made = replace(certified(tmp_path, "0.1", 1.0), acceptance=found)
     page = html_of(acceptance_report(made))
     assert "sphere C, capture 1: no such sphere is in the surface." in page
+
+
+def test_the_mean_error_of_lengths_is_of_those_between_marks_too(tmp_path: Path) -> None:
+    (tmp_path / "bar.toml").write_text(BAR)
+    made = certified(tmp_path, "0.1", 1.0)
+    (spacing,) = (one for one in made.acceptance.spreads if one.kind == "spacing")
+    marks = replace(spacing, kind="length", count=3, bias_share=0.004)
+    for spreads, mean in (
+        ((replace(spacing, bias_share=0.0),), "+0.000 %"),
+        ((replace(spacing, bias_share=0.0), marks), "+0.300 %"),
+        ((), "not tested"),
+    ):
+        found = replace(made.acceptance, spreads=spreads)
+        cards = acceptance_report(replace(made, acceptance=found)).cards
+        (card,) = (one for one in cards if one.question == "Mean error of lengths")
+        assert card.answer == mean
