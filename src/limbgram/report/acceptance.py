@@ -264,7 +264,10 @@ def _chart(judged: Sequence[MeasuredError]) -> Chart:
         for side in (-1.0, 1.0):
             axes.axvline(side, color=INK, lw=0.9, ls="--")
         axes.axvline(0.0, color=FAINT, lw=0.7)
-        reach = max(1.15, 1.1 * max(abs(one.error_mm) / (one.permissible_mm or 1) for one in shown))
+        errors = [abs(one.error_mm) / (one.permissible_mm or 1) for one in shown]
+        whiskers = [one.uncertainty_mm / (one.permissible_mm or 1) for one in shown]
+        ends = [error + whisker for error, whisker in zip(errors, whiskers, strict=True)]
+        reach = max(1.15, 1.1 * max(errors), 1.02 * max(ends))
         axes.set_xlim(-reach, reach)
         axes.set_ylim(len(shown) - 0.5, -0.5)
         names = [f"{_SHORT[one.kind]} {one.name}, {one.capture}" for one in shown]

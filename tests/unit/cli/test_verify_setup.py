@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from limbgram.capture.acceptance import MeasuredCapture, accept
@@ -17,6 +18,8 @@ from limbgram.capture.probing import surface_of
 from limbgram.cases import kit_verification
 from limbgram.cli.main import app
 from limbgram.report.acceptance import acceptance_report
+from limbgram.report.blocks import Illustration
+from limbgram.report.drawings.drawing import Chart
 from limbgram.report.html import html_of
 from limbgram.synthetic.props.gauges import BallBar, make_gauge
 
@@ -141,3 +144,18 @@ def test_the_mean_error_of_lengths_is_of_those_between_marks_too(tmp_path: Path)
         cards = acceptance_report(replace(made, acceptance=found)).cards
         (card,) = (one for one in cards if one.question == "Mean error of lengths")
         assert card.answer == mean
+
+
+def test_the_whiskers_of_the_chart_are_whole(tmp_path: Path) -> None:
+    (tmp_path / "bar.toml").write_text(BAR)
+    made = certified(tmp_path, "0.1", 1.0)
+    one = next(one for one in made.acceptance.values if one.kind == "size")
+    for error, reach in ((0.095, 1.27), (0.0, 1.15)):
+        value = replace(one, error_mm=error, uncertainty_mm=0.03, permissible_mm=0.1)
+        found = replace(made.acceptance, values=(value,))
+        section = acceptance_report(replace(made, acceptance=found)).sections[0]
+        (figure,) = (block for block in section.blocks if isinstance(block, Illustration))
+        assert isinstance(figure.image, Chart)
+        axes = Figure().subplots()
+        figure.image.draw(axes)
+        assert axes.get_xlim() == pytest.approx((-reach, reach), abs=0.01)
