@@ -117,6 +117,19 @@ def test_both_languages_tell_the_same_values_of_the_same_codes() -> None:
         assert not differing
 
 
+def test_both_languages_tell_a_number_by_as_many_decimals() -> None:
+    """What a number stands in may be said otherwise: only how it is written has to agree."""
+    number = re.compile(r"\{(\w+):([+±]?,?(?:\.\d+)?[fg%])\}")
+    english, *others = (all_words(language) for language in LANGUAGES)
+    for other in others:
+        differing = [
+            code
+            for code, words in english.items()
+            if set(number.findall(words.sentence)) != set(number.findall(other[code].sentence))
+        ]
+        assert not differing
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_what_is_found_stands_in_one_sentence_by_itself(language: str) -> None:
     """A title takes `says` whole; what stands in braces may hold sentences of its own."""
