@@ -114,10 +114,10 @@ class PlannedCamera:
         height_px: int,
         aperture: float | None = None,
     ) -> "PlannedCamera":
-        """A camera by the values of a data sheet."""
+        """A camera by the values of a data sheet; the sensor's width is its longer side."""
         if min(focal_mm, sensor_width_mm) <= 0 or min(width_px, height_px) < 100:
             raise OptionsError("plan.camera")
-        focal_px = focal_mm / sensor_width_mm * width_px
+        focal_px = focal_mm / sensor_width_mm * max(width_px, height_px)
         camera = Camera(
             width_px=width_px,
             height_px=height_px,
@@ -250,6 +250,8 @@ def plan_capture(
     """
     if not 0 < sigma_mm <= 5:
         raise OptionsError("plan.sigma")
+    if camera.camera.width_px < camera.camera.height_px:  # its photos stand upright
+        camera = replace(camera, camera=_turned(camera.camera))
     fits_mm, portrait = _nearest_mm(camera.camera, limb)
     given = distance_mm is not None
     distance_mm = fits_mm if distance_mm is None else distance_mm
@@ -262,7 +264,7 @@ def plan_capture(
             needed_mm=shown_mm * fits_mm,
             back_mm=math.ceil(fits_mm / 10) * 10,
         )
-    held = _in_portrait(camera.camera) if portrait else camera.camera
+    held = _turned(camera.camera) if portrait else camera.camera
     best: tuple[float, int] | None = None
     for stands, rings in _candidates(distance_mm):
         sharpness = _best_sharpness(stands, held, camera, limb)
@@ -321,7 +323,7 @@ def _nearest_mm(camera: Camera, limb: LimbProxy) -> tuple[float, bool]:
     return min(level, upright), upright < level
 
 
-def _in_portrait(camera: Camera) -> Camera:
+def _turned(camera: Camera) -> Camera:
     """The camera turned by a quarter."""
     return replace(
         camera,

@@ -103,7 +103,7 @@ def _would_do(plans: Sequence[Plan], notes: Sequence[str]) -> Reply:
     """What would be done; exit code 2 where a capture's settings are wrong."""
     wrong = sum(plan.refusal is not None for plan in plans)
     told = {
-        plan.capture.name: f"refused: {plan.refusal}"
+        plan.capture.name: f"refused: {spoken(plan.refusal.finding)}"
         if plan.refusal is not None
         else ", ".join(("reconstruct", *(step.name for step in plan.steps)))
         for plan in plans

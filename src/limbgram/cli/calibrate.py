@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from limbgram.cli.progress import display
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, language
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import require_folder
@@ -43,7 +43,7 @@ def calibrate_command(
         result = calibrate_photos(photos, ask.pattern(), Run(listener=screen.listen))
     save_calibration(result, out, report)
     return Reply(
-        (calibration_text(result), f"Written: {out}"),
+        (calibration_text(result, language()), f"Written: {out}"),
         {"camera": str(out), **tree_of(calibration_summary(result))},
     )
 

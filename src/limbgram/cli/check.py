@@ -114,7 +114,7 @@ def _watched(
             try:
                 found = watch.check(sources, Run(listener=screen.listen))
             except PhotoError as waiting:
-                screen.say(str(waiting))
+                screen.say(printable(spoken(waiting.finding)))
                 continue
             if found.go:
                 return found

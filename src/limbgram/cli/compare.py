@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from limbgram.cli.replies import Reply, answered, spoken
+from limbgram.cli.replies import Reply, answered, language, spoken
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import UnitOfAll, require_output, shape_of
 from limbgram.core.errors import OptionsError
@@ -49,13 +49,14 @@ def compare_command(
     limbs = [shape_of(shape, unit).limb for shape in shapes]
     match follow(limbs, ask, over):
         case Repeats() as found:
-            reply = Reply(repeats_lines(found), repeats_tree(found))
+            reply = Reply(repeats_lines(found, language()), repeats_tree(found))
         case Series() as series:
             written = None if picture is None else write_bytes(picture, _course(series))
-            reply = _reply(series_lines(series), series_tree(series), written)
+            reply = _reply(series_lines(series, language()), series_tree(series), written)
         case Comparison() as compared:
             written = None if picture is None else write_bytes(picture, _differences(compared))
-            reply = _reply(comparison_lines(compared), comparison_tree(compared), written)
+            lines = comparison_lines(compared, language())
+            reply = _reply(lines, comparison_tree(compared), written)
     return _doubted(limbs, reply)
 
 

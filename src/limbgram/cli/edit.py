@@ -122,7 +122,7 @@ def new_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Begin a recipe without edits."""
-    require_no_shape(recipe, "a recipe")
+    require_no_shape(recipe, "recipe")
     if recipe.exists():
         raise OptionsError("recipe.file.there", name=str(recipe))
     scan_hash = "" if scan is None else shape_of(scan, unit).sha256

@@ -72,9 +72,9 @@ def export_command(
         raise OptionsError("exported.no_ending", name=path.name, kind=to)
     require_apart(path, shape)
     if to == "gcode":
-        require_no_shape(path, "a program for a carver")
+        require_no_shape(path, "program")
     if isinstance(ask, Gcode) and ask.write_machine is not None:
-        require_output(ask.write_machine, ".toml", "a machine file")
+        require_output(ask.write_machine, ".toml", "machine")
     picture = path.with_name(f"{path.name}-mirror-check.png") if to in FOR_CARVERS else None
     return reply_of(export(shape_of(shape, unit), ask, path, side, picture))
 

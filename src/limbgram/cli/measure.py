@@ -55,7 +55,7 @@ def measure_command(
     """
     require_output(files.xlsx, ".xlsx", "table")
     require_output(files.csv, ".csv", "table")
-    require_output(files.sheet_csv, ".csv", "measuring sheet")
+    require_output(files.sheet_csv, ".csv", "sheet")
     require_output(files.picture, ".png", "picture")
     require_output(files.walls, ".png", "map")
     require_apart(files.fit, shape)

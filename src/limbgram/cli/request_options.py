@@ -51,7 +51,11 @@ class Kinds:
         """
         every = {one.name: one for request in self.requests.values() for one in declared(request)}
         taken = {name: given.pop(name) for name in every}
-        typed = {name: value for name, value in taken.items() if value not in (None, False)}
+        typed = {
+            name: value
+            for name, value in taken.items()
+            if value is not None and value is not False  # 0 is typed, and equals False
+        }
         request = self.requests[kind]
         others = sorted(set(typed) - {field.name for field in declared(request)})
         if others:

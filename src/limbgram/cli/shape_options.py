@@ -1,7 +1,7 @@
 """Shape options: arguments and checks that all commands on shapes share."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -12,6 +12,8 @@ from limbgram.formats.sidecar import LIMB_FILE_ENDING
 from limbgram.formats.units import mm_per_unit_of
 
 _NAMES = [suffix[1:].upper() for suffix in SUFFIXES]
+Output = Literal["picture", "recipe", "program", "machine", "table", "map", "template", "sheet"]
+"""What is written, as the words of `options.output` name it."""
 READ = f"{', '.join(_NAMES[:-1])} or {_NAMES[-1]}"
 """The formats that are read, for help."""
 ShapeArgument = Annotated[Path, typer.Argument(help=f"The shape: {READ}.")]
@@ -36,7 +38,7 @@ def shape_of(path: Path, unit: str | None) -> ShapeFile:
     return read_shape(path, None if unit is None else mm_per_unit_of(unit))
 
 
-def require_output(path: Path | None, ending: str, what: str) -> None:
+def require_output(path: Path | None, ending: str, what: Output) -> None:
     """Refuse an output path with another ending, or that could not be written.
 
     Raises:
@@ -51,7 +53,7 @@ def require_output(path: Path | None, ending: str, what: str) -> None:
         require_place(path)
 
 
-def require_no_shape(path: Path, what: str) -> None:
+def require_no_shape(path: Path, what: Output) -> None:
     """Refuse a shape's ending for a file that is no shape.
 
     Raises:

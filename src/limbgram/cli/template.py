@@ -72,7 +72,7 @@ def learn_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Learn a template from shapes before and after the clinic's own rectifications."""
-    require_output(out, ".json", "a template")
+    require_output(out, ".json", "template")
     if len(shapes) % 2:
         raise OptionsError("template.learn.odd", count=len(shapes))
     limbs = [shape_of(shape, unit).limb for shape in shapes]
@@ -144,7 +144,7 @@ def show_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Show what a template does, and where."""
-    require_output(picture, ".png", "a picture")
+    require_output(picture, ".png", "picture")
     known = read_template(template)
     written: list[Path] = []
     if picture is not None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, language
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import UnitOfAll, require_output, shape_of
 from limbgram.services.trend import TrendFiles, TrendRequest, trend
@@ -30,6 +30,6 @@ def trend_command(
     found = trend([shape_of(shape, unit).limb for shape in shapes], ask)
     written = [str(path) for path in files.write(found)]
     return Reply(
-        (*sheet_trend_lines(found), *(f"Written: {path}" for path in written)),
+        (*sheet_trend_lines(found, language()), *(f"Written: {path}" for path in written)),
         {**sheet_trend_tree(found), "written": written},
     )

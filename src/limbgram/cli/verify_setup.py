@@ -11,7 +11,7 @@ from limbgram.cases.certificates import SUFFIX, certificate_beside
 from limbgram.cases.kit_verification import Certified, SetupTest, VerifyRequest
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import run_job
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, language
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import RED_EXIT_CODE, UNDECIDED_EXIT_CODE
 from limbgram.core.run import Run
@@ -94,7 +94,7 @@ def verify_setup_command(
     light = COLOURS[acceptance.outcome]
     written = [str(made.path), str(made.page), str(made.sheet)]
     return Reply(
-        (*acceptance_lines(acceptance), *_ways(made, ask.camera)),
+        (*acceptance_lines(acceptance, language()), *_ways(made, ask.camera)),
         {**tree_of(made.certificate), "written": written},
         light if light != "blue" else "",
         exit_code=_EXIT_CODES[acceptance.outcome],

@@ -17,7 +17,7 @@ from limbgram.capture.acceptance import (
 from limbgram.capture.certificate import Certificate
 from limbgram.capture.permissible_errors import KINDS
 from limbgram.capture.setup import Outcome, SetupCited
-from limbgram.findings import fault, told
+from limbgram.findings import LANGUAGES, fault, told
 from limbgram.report.blocks import (
     AdviceList,
     Banner,
@@ -110,8 +110,8 @@ def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Ite
     yield Section(title="Proof of the kit", blocks=blocks, sheet=sheet)
 
 
-def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
-    """The test for people at a terminal."""
+def acceptance_lines(found: Acceptance, language: str = LANGUAGES[0]) -> tuple[str, ...]:
+    """The test for people at a terminal; its findings in their language."""
     rows = [
         f"  {one.capture}: {_SHORT[one.kind]} of {one.name} {_signed_text(one)} mm"
         + (
@@ -121,7 +121,9 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
         )
         for one in found.values
     ]
-    missing = [f"  {one.capture}: {one.name}: {told(one.reason)}" for one in found.not_measured]
+    missing = [
+        f"  {one.capture}: {one.name}: {told(one.reason, language)}" for one in found.not_measured
+    ]
     spreads = [
         f"  {KINDS[one.kind]}: mean {one.bias_mm:+z.3f} mm"
         + (f" ({one.bias_share:+z.3%})" if one.bias_share is not None else "")
@@ -130,7 +132,7 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
         for one in found.spreads
     ]
     return (
-        told(found.headline),
+        told(found.headline, language),
         *rows,
         *(("Not measured:", *missing) if missing else ()),
         "All together:",
@@ -146,7 +148,6 @@ def _cards(certificate: Certificate) -> tuple[Card, ...]:
     found = certificate.acceptance
     lengths = [one for one in found.spreads if one.kind in ("spacing", "length")]
     forms = [one for one in found.spreads if one.kind == "form"]
-    biased = next((one for one in found.spreads if one.kind in ("spacing", "length")), None)
     count = len(certificate.captures)
     return (
         Card(
@@ -158,7 +159,7 @@ def _cards(certificate: Certificate) -> tuple[Card, ...]:
         ),
         Card(
             "Mean error of lengths",
-            "not tested" if biased is None else f"{100 * (biased.bias_share or 0.0):+z.3f} %",
+            f"{100 * _mean_share(lengths):+z.3f} %" if lengths else "not tested",
             "an error of scale shows here",
         ),
         Card(
@@ -172,6 +173,12 @@ def _cards(certificate: Certificate) -> tuple[Card, ...]:
             f"counts for {certificate.valid_months} months",
         ),
     )
+
+
+def _mean_share(lengths: Sequence[Spread]) -> float:
+    """Mean of the errors of all lengths, between spheres and between marks, as parts of them."""
+    summed = sum(one.count * (one.bias_share or 0.0) for one in lengths)
+    return summed / sum(one.count for one in lengths)
 
 
 def _missing(found: Acceptance) -> Iterator[Section]:
@@ -257,7 +264,10 @@ def _chart(judged: Sequence[MeasuredError]) -> Chart:
         for side in (-1.0, 1.0):
             axes.axvline(side, color=INK, lw=0.9, ls="--")
         axes.axvline(0.0, color=FAINT, lw=0.7)
-        reach = max(1.15, 1.1 * max(abs(one.error_mm) / (one.permissible_mm or 1) for one in shown))
+        errors = [abs(one.error_mm) / (one.permissible_mm or 1) for one in shown]
+        whiskers = [one.uncertainty_mm / (one.permissible_mm or 1) for one in shown]
+        ends = [error + whisker for error, whisker in zip(errors, whiskers, strict=True)]
+        reach = max(1.15, 1.1 * max(errors), 1.02 * max(ends))
         axes.set_xlim(-reach, reach)
         axes.set_ylim(len(shown) - 0.5, -0.5)
         names = [f"{_SHORT[one.kind]} {one.name}, {one.capture}" for one in shown]

@@ -13,11 +13,12 @@ import numpy as np
 
 from limbgram.core.geometry.lens import PARAMETERS
 from limbgram.core.interval import HOLDS, Interval, plus_minus
-from limbgram.findings import Finding, told
+from limbgram.findings import LANGUAGES, Finding, told
 from limbgram.reconstruction.calibration.adjustment import BOARD_TERMS
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.screening import Estimate
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.report.drawings.drawing import as_it_is
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,22 +112,28 @@ def calibration_picture(result: BoardCalibration) -> bytes:
     _draw_photos(photos, result)
     numbers.axis("off")
     numbers.text(
-        0.0, 1.0, calibration_text(result), family="monospace", fontsize=8, va="top", wrap=True
+        0.0,
+        1.0,
+        as_it_is(calibration_text(result)),
+        family="monospace",
+        fontsize=8,
+        va="top",
+        wrap=True,
     )
     picture = io.BytesIO()
     canvas.print_png(picture)
     return picture.getvalue()
 
 
-def calibration_text(result: BoardCalibration) -> str:
-    """A calibration's results as text, a line each."""
+def calibration_text(result: BoardCalibration, language: str = LANGUAGES[0]) -> str:
+    """A calibration's results as text, a line each; its findings in the language."""
     calibration, camera = result.calibration, result.calibration.camera
     lines = [
         f"{calibration.label or 'unnamed camera'}, {camera.width_px} x {camera.height_px}",
         f"{result.board}",
         f"{len(result.photos)} photos used, {len(result.set_aside)} set aside; "
         f"RMS {calibration.rms_px:.3f} px",
-        *(f"  {one.name}: {told(one.reason)}" for one in result.set_aside),
+        *(f"  {one.name}: {told(one.reason, language)}" for one in result.set_aside),
         "",
     ]
     for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas):
@@ -143,7 +150,7 @@ def calibration_text(result: BoardCalibration) -> str:
         lines += ["board not flat or true (of its half side):"] + [
             f"{name:>10} {_with_spread(one)}" for name, one in zip(BOARD_TERMS, result.board_shape)
         ]
-    return "\n".join(lines + [""] + [f"! {told(doubt)}" for doubt in result.doubts])
+    return "\n".join(lines + [""] + [f"! {told(doubt, language)}" for doubt in result.doubts])
 
 
 def calibration_summary(result: BoardCalibration) -> CalibrationSummary:
@@ -221,7 +228,7 @@ def _draw_coverage(axes: "Axes", result: BoardCalibration) -> None:
 
 
 def _draw_photos(axes: "Axes", result: BoardCalibration) -> None:
-    names = [photo.name for photo in result.photos]
+    names = [as_it_is(photo.name) for photo in result.photos]
     rms_px = [photo.rms_px for photo in result.photos]
     axes.barh(range(len(names)), rms_px, color=_BLUE)
     axes.axvline(result.calibration.rms_px, color=_ORANGE, lw=1)

@@ -60,6 +60,14 @@ def test_pixel_and_paint_follow_from_the_lens() -> None:
     assert plan.paint_mm == pytest.approx(5 * plan.pixel_mm)
 
 
+def test_a_camera_whose_photos_stand_upright_is_the_same_camera() -> None:
+    lying = plan_capture(0.04, CAMERA, LEG, 900.0)
+    upright = plan_capture(0.04, PlannedCamera.of(35.0, 22.3, 2000, 3000), LEG, 900.0)
+    for name in ("photos", "pixel_mm", "portrait", "aperture", "sigma_mm", "distance_mm"):
+        assert getattr(upright, name) == pytest.approx(getattr(lying, name)), name
+    assert lying.portrait  # a leg stands
+
+
 def test_rings_stand_where_they_say() -> None:
     ring = plan_capture(0.2, CAMERA, LEG, 900.0).rings[0]
     assert math.hypot(ring.above_middle_mm, ring.level_distance_mm) == pytest.approx(900.0)

@@ -38,6 +38,9 @@ def test_a_dry_run_computes_nothing_and_names_what_would_be_done(folder: Path) -
     assert [one["steps"] for one in told["captures"]] == [["align", "measure"], [], []]
     assert "none.json is not there" in told["captures"][1]["refusal"]
     assert "camra" in told["captures"][2]["refusal"]
+    german = {"LIMBGRAM_LANGUAGE": "de"}
+    words = ["batch", str(folder), "-o", str(folder.parent / "out"), "--dry-run"]
+    assert "none.json ist nicht da." in CliRunner().invoke(app, words, env=german).stdout
     assert not (folder.parent / "out").exists()
 
 

@@ -2,9 +2,15 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
 
 from limbgram.capture.answer import CaptureCheck, CheckedPhoto
 from limbgram.cli.check import check_lines
+from limbgram.cli.main import app
+from limbgram.core.errors import PhotoError
 from limbgram.findings import Finding, note
 
 PHOTO = CheckedPhoto(
@@ -51,3 +57,34 @@ def test_the_texture_is_told_with_its_poorest_photo() -> None:
 def test_without_a_size_nothing_is_said_of_the_texture() -> None:
     lines = check_lines(check(replace(PHOTO, features_per_cm2=math.nan)))
     assert not any("Texture" in line for line in lines)
+
+
+class Watch:
+    """Stands for a CaptureWatch: one photo is too few, and two are good."""
+
+    def __init__(self, *_given: object, masks: Path | None = None) -> None:
+        assert masks is None
+
+    def __enter__(self) -> "Watch":
+        return self
+
+    def __exit__(self, *_ended: object) -> None:
+        pass
+
+    def check(self, sources: list[Path], _run: object) -> CaptureCheck:
+        second = sources[0] / "two.jpg"
+        if second.exists():
+            return replace(check(PHOTO), go=True)
+        second.touch()
+        raise PhotoError("photo.too_few_yet", photos=1, least=2, aside=0, left_out=())
+
+
+def test_while_it_waits_it_speaks_the_language_of_the_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("limbgram.cli.check.CaptureWatch", Watch)
+    (tmp_path / "one.jpg").touch()
+    words = ["check", str(tmp_path), "--watch"]
+    answer = CliRunner().invoke(app, words, env={"LIMBGRAM_LANGUAGE": "de"})
+    assert answer.exit_code == 0, answer.output
+    assert "Bisher lesbare Fotos: 1; 2 sind für eine Prüfung nötig." in answer.stderr

@@ -90,6 +90,22 @@ def test_two_shapes(shapes, tmp_path: Path) -> None:
     assert spoken.stdout.splitlines()[0] == found["verdict"]["sentence"]
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (AS_IS, "Die Formen sind "),
+        (("--day", "2026-03-02", "--day", "2026-03-16"), "Ein Verlauf ist nicht zu erkennen: "),
+        (("--repeats",), "2 Aufnahmen: Zwei Volumen "),
+    ],
+)
+def test_what_was_found_is_told_in_the_language_of_the_terminal(
+    shapes, more: tuple[str, ...], said: str
+) -> None:
+    words = ["compare", shapes["first"], shapes["wide"], *more]
+    answer = RUNNER.invoke(app, words, env={"LIMBGRAM_LANGUAGE": "de"})
+    assert said in answer.stdout.splitlines()[0], answer.output
+
+
 def test_a_red_surface_among_them_is_named_first(shapes, tmp_path: Path) -> None:
     red = write_limb(beaker(1.01), tmp_path / "surface-RED.ply")
     words = ("compare", shapes["first"], str(red), *AS_IS)

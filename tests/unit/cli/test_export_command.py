@@ -215,6 +215,15 @@ def test_of_a_wall_it_is_said_that_its_outside_is_carved(tmp_path: Path) -> None
             assert told["wall_mm"] == pytest.approx(4.0, abs=0.05)
 
 
+def test_a_spindle_of_0_is_left_to_the_operator(scan: Path) -> None:
+    words = ("--to", "gcode", "--side", "left", *COARSE, "--spindle", "0")
+    place = scan.with_name("still.nc")
+    exported(scan, *words, "-o", str(place))
+    program = place.read_bytes()
+    assert b"G1" in program
+    assert b" M3\n" not in program
+
+
 def test_a_machine_file_is_kept_and_taken(scan: Path) -> None:
     """What is typed goes over the preset, and that over the machine file."""
     kept = scan.with_name("shop.toml")

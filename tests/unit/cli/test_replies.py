@@ -137,3 +137,24 @@ def test_the_terminal_speaks_the_language_that_is_asked_for(
     error = json.loads(in_json.stdout)["error"]
     assert error["message"].endswith("Name another one.")
     assert error["finding"]["code"] == "options.compare.one_shape"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("measure limb.ply --sheet-csv a.txt", "a.txt ist kein Name für ein Maßblatt."),
+        ("measure limb.ply --walls a.txt", "a.txt ist kein Name für eine Karte."),
+        ("template learn a.ply b.ply -o t.txt", "t.txt ist kein Name für eine Vorlage."),
+        ("template show t.json --picture t.txt", "t.txt ist kein Name für ein Bild."),
+        ("edit new r.stl", "geschrieben wird ein Rezept."),
+        ("export limb.ply --to gcode -o a.stl", "geschrieben wird ein Programm für eine Fräse."),
+        ("export limb.ply --to gcode -o a.nc --write-machine m.txt",
+         "m.txt ist kein Name für eine Maschinendatei."),
+    ],
+)  # fmt: skip
+def test_what_is_written_is_named_in_the_language_of_the_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    answer = CliRunner().invoke(app, words.split(), env={"LIMBGRAM_LANGUAGE": "de"})
+    assert (answer.exit_code, said in answer.stderr) == (2, True), answer.output

@@ -114,3 +114,20 @@ def test_an_option_of_another_kind_is_refused() -> None:
         "kinds": ("gcode",),
         "kind": "dxf",
     }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spindle:
+    """A program whose spindle may be left to the operator."""
+
+    spindle_rpm: Annotated[int | None, Flag("spindle")] = None
+    quiet: bool = False
+
+
+def test_a_zero_that_is_typed_is_no_option_left_out() -> None:
+    kinds = Kinds({"dxf": Drawing, "gcode": Spindle}, by="to")
+    typed = {"spacing_mm": None, "spindle_rpm": 0, "quiet": False}
+    assert kinds.made(dict(typed), "gcode") == Spindle(spindle_rpm=0)
+    with pytest.raises(OptionsError) as refused:
+        kinds.made(dict(typed), "dxf")
+    assert refused.value.finding.values["options"] == ("--spindle",)

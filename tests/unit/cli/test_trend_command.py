@@ -92,6 +92,9 @@ def test_people_read_what_changed_and_how_surely(visits: list[str]) -> None:
     every = [word for day in DAYS for word in ("--day", day)]
     told = CliRunner().invoke(app, ["trend", *visits, *every]).stdout
     assert "2 of 3 measures changed by more than their uncertainty" in told
+    german = {"LIMBGRAM_LANGUAGE": "de"}
+    words = ["trend", *visits, *every]
+    assert "2 von 3 Maßen haben sich" in CliRunner().invoke(app, words, env=german).stdout
     (girth,) = [line for line in told.splitlines() if "Girth at the epicondyles" in line]
     assert girth.split()[:3] == [
         f"{GIRTH_MM:.1f}",

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from limbgram.capture.acceptance import MeasuredCapture, accept
@@ -17,6 +18,8 @@ from limbgram.capture.probing import surface_of
 from limbgram.cases import kit_verification
 from limbgram.cli.main import app
 from limbgram.report.acceptance import acceptance_report
+from limbgram.report.blocks import Illustration
+from limbgram.report.drawings.drawing import Chart
 from limbgram.report.html import html_of
 from limbgram.synthetic.props.gauges import BallBar, make_gauge
 
@@ -30,6 +33,9 @@ spheres = [
 ]
 lengths = [{first = "A", second = "B", length_mm = 150.0, uncertainty_mm = 0.01}]
 """
+
+
+GERMAN = {"PASS": "BESTANDEN: ", "FAIL": "NICHT BESTANDEN: ", "CANNOT TELL": "UNENTSCHIEDEN: "}
 
 
 def kit(scale: float) -> MeasuredCapture:
@@ -97,6 +103,8 @@ def test_every_answer_has_its_code(
         assert reply["acceptance"]["outcome"] == word.lower()
     else:
         assert answer.stdout.startswith(f"{word}: ")
+        german = CliRunner().invoke(app, ["verify-setup", *words], env={"LIMBGRAM_LANGUAGE": "de"})
+        assert german.stdout.startswith(GERMAN[word])
     assert f"<b>{word}</b>" in out.with_suffix(".html").read_text()
     assert out.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
     assert json.loads(out.read_text())["acceptance"]["outcome"] == word.lower()
@@ -120,3 +128,34 @@ def test_the_page_says_what_was_not_measured(tmp_path: Path) -> None:
     made = replace(certified(tmp_path, "0.1", 1.0), acceptance=found)
     page = html_of(acceptance_report(made))
     assert "sphere C, capture 1: no such sphere is in the surface." in page
+
+
+def test_the_mean_error_of_lengths_is_of_those_between_marks_too(tmp_path: Path) -> None:
+    (tmp_path / "bar.toml").write_text(BAR)
+    made = certified(tmp_path, "0.1", 1.0)
+    (spacing,) = (one for one in made.acceptance.spreads if one.kind == "spacing")
+    marks = replace(spacing, kind="length", count=3, bias_share=0.004)
+    for spreads, mean in (
+        ((replace(spacing, bias_share=0.0),), "+0.000 %"),
+        ((replace(spacing, bias_share=0.0), marks), "+0.300 %"),
+        ((), "not tested"),
+    ):
+        found = replace(made.acceptance, spreads=spreads)
+        cards = acceptance_report(replace(made, acceptance=found)).cards
+        (card,) = (one for one in cards if one.question == "Mean error of lengths")
+        assert card.answer == mean
+
+
+def test_the_whiskers_of_the_chart_are_whole(tmp_path: Path) -> None:
+    (tmp_path / "bar.toml").write_text(BAR)
+    made = certified(tmp_path, "0.1", 1.0)
+    one = next(one for one in made.acceptance.values if one.kind == "size")
+    for error, reach in ((0.095, 1.27), (0.0, 1.15)):
+        value = replace(one, error_mm=error, uncertainty_mm=0.03, permissible_mm=0.1)
+        found = replace(made.acceptance, values=(value,))
+        section = acceptance_report(replace(made, acceptance=found)).sections[0]
+        (figure,) = (block for block in section.blocks if isinstance(block, Illustration))
+        assert isinstance(figure.image, Chart)
+        axes = Figure().subplots()
+        figure.image.draw(axes)
+        assert axes.get_xlim() == pytest.approx((-reach, reach), abs=0.01)

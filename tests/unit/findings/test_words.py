@@ -117,6 +117,19 @@ def test_both_languages_tell_the_same_values_of_the_same_codes() -> None:
         assert not differing
 
 
+def test_both_languages_tell_a_number_by_as_many_decimals() -> None:
+    """What a number stands in may be said otherwise: only how it is written has to agree."""
+    number = re.compile(r"\{(\w+):([+±]?,?(?:\.\d+)?[fg%])\}")
+    english, *others = (all_words(language) for language in LANGUAGES)
+    for other in others:
+        differing = [
+            code
+            for code, words in english.items()
+            if set(number.findall(words.sentence)) != set(number.findall(other[code].sentence))
+        ]
+        assert not differing
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_what_is_found_stands_in_one_sentence_by_itself(language: str) -> None:
     """A title takes `says` whole; what stands in braces may hold sentences of its own."""
@@ -144,6 +157,24 @@ def test_the_app_names_no_commands(language: str) -> None:
         if naming.search(words.advice("app"))
     }
     assert not seen
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_step_that_advice_names_is_one_of_the_app(language: str) -> None:
+    """What the workbench does to a shape is an edit there, and a step is a page of a case."""
+    texts = (Path(__file__).parents[3] / "web" / "src" / "texts.ts").read_text(encoding="utf-8")
+    pairs = re.findall(r'"step\.\w+": \["(\w+)", "(\w+)"\]', texts)
+    steps = {name for both in pairs for name in both}
+    named = re.compile(r"\b(?:step|Schritt) ([A-ZÄÖÜ`]\w+)")
+    found = {
+        (code, name)
+        for code, words in all_words(language).items()
+        for door in ("command", "app")
+        for name in named.findall(f"{words.sentence} {words.advice(door)}")
+        if name not in steps
+    }
+    assert "Align" in steps
+    assert not found
 
 
 def test_topics_are_told_apart_by_their_files() -> None:

@@ -9,6 +9,7 @@ from matplotlib.collections import LineCollection
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.drawings.drawing import png
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.workbench.limb import AlignedLimb, Landmark, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
@@ -75,3 +76,15 @@ def test_sections_are_seen_from_above_with_the_right_to_the_right(views: list[Ax
 def corners_of(axes: Axes) -> dict[str, float]:
     """The letters in the corners of a picture, and how far along they stand."""
     return {one.get_text(): one.get_position()[0] for one in axes.texts if len(one.get_text()) == 1}
+
+
+def test_a_landmark_with_dollar_signs_is_no_formula() -> None:
+    box = trimesh.creation.box(bounds=[[-60.0, -30, 0], [20, 10, 200]])
+    limb = AlignedLimb(
+        mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=box.faces.astype(np.int32)),
+        landmarks=(Landmark(name="$__$", position_mm=np.array([20.0, 0, ABOVE_MM])),),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+    )
+    options = LimbMeasureOptions(heights_mm=(-100.0, 50.0), reference="$__$")
+    drawn = png(sections_drawing(measure_limb(limb, options)).figure)
+    assert drawn.tobytes().startswith(b"\x89PNG")

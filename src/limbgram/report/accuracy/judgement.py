@@ -274,11 +274,12 @@ def _verdict(figures: Figures, judged: Sequence[Criterion], light: Light) -> Fin
     scale = _scale_finding(figures)
     if light == "green":
         return note("verdict.green", p95_mm=main.value, limit_mm=main.green, scale=scale)
+    alone = next((one for one in doubts if one is main), doubts[0])
     first, second = _reasons([one for one in doubts if one is not main])
     sure = math.isfinite(main.value) and main.light == "green"  # makes up for nothing missing
     return note(
         "verdict.doubtful",
-        first=first or main.finding,
+        first=first or alone.finding,
         second=second,
         p95_mm=main.value if sure else None,
         scale=scale,
@@ -380,7 +381,7 @@ def _vague_tape_findings(lengths: LengthFigures) -> tuple[Finding, ...]:
 
 
 def _reasons(grave: Sequence[Criterion]) -> tuple[Finding | None, Finding | None]:
-    """The first two reasons; the surface's RMS says what its 95 % say."""
+    """The first two reasons but the surface's RMS, which mostly says what its 95 % say."""
     first, second, *_more = (
         *(one.finding for one in grave if one.key != SURFACE_RMS.key),
         None,

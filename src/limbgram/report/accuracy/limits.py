@@ -121,10 +121,11 @@ def _scale_limits(figures: Figures) -> Iterator[Finding]:
     if lengths.unit != "mm":
         yield fault("limit.scale.none")
         return
-    if not lengths.check:
-        yield fault("limit.scale.unchecked")
-    elif not lengths.checked_by_another_piece and not any(map(tape_is_precise, lengths.tapes)):
-        yield doubt("limit.scale.one_source", source=scale_source(lengths))
+    if not any(map(tape_is_precise, lengths.tapes)):
+        if not lengths.check:
+            yield fault("limit.scale.unchecked")
+        elif not lengths.checked_by_another_piece:
+            yield doubt("limit.scale.one_source", source=scale_source(lengths))
     for tape in lengths.tapes:
         if tape.reason:
             yield doubt("limit.tape.not_compared", height_mm=tape.height_mm, reason=tape.reason)

@@ -12,7 +12,17 @@ from jaxtyping import Float64
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.twoview.pairs import Pairs
-from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, Drawing, blank, plain
+from limbgram.report.drawings.drawing import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    ORANGE,
+    Drawing,
+    as_it_is,
+    blank,
+    plain,
+)
 from limbgram.report.image_scale import ImageScale, image_scales
 
 if TYPE_CHECKING:
@@ -53,7 +63,7 @@ def accuracy_chart(photos: PhotoSet, metric: MetricScene) -> Drawing:
         worst_mm = max(abs(length.measured_mm - length.known_mm) for length in checks)
         label = f"largest error of {len(checks)} check lengths"
         axes.axhline(worst_mm, color=ORANGE, lw=1.2, label=label)
-    axes.set_xticks(places, [scale.name for scale in scales], rotation=90, fontsize=6)
+    axes.set_xticks(places, [as_it_is(scale.name) for scale in scales], rotation=90, fontsize=6)
     axes.set_ylabel(unit if unit == "mm" else "scene units", fontsize=8, color=INK)
     axes.legend(fontsize=8, frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1))
     return Drawing(figure, _accuracy_caption(scales, unit))

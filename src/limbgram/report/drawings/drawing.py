@@ -130,6 +130,11 @@ def plain(axes: "Axes") -> "Axes":
     return axes
 
 
+def as_it_is(words: str) -> str:
+    """Words for axes, which would read what stands between two dollar signs as a formula."""
+    return words.replace("$", r"\$")
+
+
 def scale_bar(axes: "Axes", frame: Frame) -> None:
     """A bar of a round length below a view."""
     length_mm = next(mm for mm in (100, 50, 20, 10, 5, 1) if mm < frame.width_px * frame.pixel_mm)

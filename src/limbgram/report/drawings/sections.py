@@ -12,7 +12,17 @@ import numpy as np
 from jaxtyping import UInt8
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, axes_at, bare, plain
+from limbgram.report.drawings.drawing import (
+    BLUE,
+    FAINT,
+    INK,
+    ORANGE,
+    Drawing,
+    as_it_is,
+    axes_at,
+    bare,
+    plain,
+)
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.report.drawings.views import BESIDE, FROM_ABOVE, letter_corners
 from limbgram.workbench.measures.measuring import Measures, Row
@@ -51,7 +61,8 @@ def sections_drawing(measures: Measures) -> Drawing:
     zero = measures.reference_mm
     _side(front, frames[0], of_front, rows, zero)
     front.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
-    front.set_ylabel(f"height from the {measures.reference_name}, mm", fontsize=8, color=INK)
+    below = as_it_is(measures.reference_name)
+    front.set_ylabel(f"height from the {below}, mm", fontsize=8, color=INK)
     front.set_title("front", **_TITLE)
     letter_corners(front, BESIDE[90])
     _side(beside, frames[1], of_side, rows, zero)

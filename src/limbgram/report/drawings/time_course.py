@@ -11,7 +11,16 @@ from jaxtyping import Float64
 
 from limbgram.core.interval import COVER
 from limbgram.findings import told
-from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, blank, plain
+from limbgram.report.drawings.drawing import (
+    BLUE,
+    FAINT,
+    INK,
+    ORANGE,
+    Drawing,
+    as_it_is,
+    blank,
+    plain,
+)
 from limbgram.workbench.compare.over_time import Series
 from limbgram.workbench.templates.template import Template
 
@@ -124,7 +133,7 @@ def _map(
     for mark in template.marks:
         axes.plot(mark.angle_deg, mark.height, "+", color=INK, ms=8)
         axes.annotate(
-            mark.name,
+            as_it_is(mark.name),
             (mark.angle_deg, mark.height),
             (4, 4),
             textcoords="offset points",
@@ -132,7 +141,7 @@ def _map(
             color=INK,
         )
     axes.set_xticks([-180, -90, 0, 90, 180], ["back", "medial", "front", "lateral", "back"])
-    axes.set_ylabel(f"height: 1 at {template.reference}", fontsize=8, color=INK)
+    axes.set_ylabel(f"height: 1 at {as_it_is(template.reference)}", fontsize=8, color=INK)
     bar = axes.figure.colorbar(mesh, ax=axes, fraction=0.05, aspect=30)
     bar.set_label(label, fontsize=8, color=INK)
     bar.ax.tick_params(labelsize=8)

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
 from limbgram.core.units import MM3_PER_ML
-from limbgram.findings import Finding, as_json, doubt, note, told
+from limbgram.findings import LANGUAGES, Finding, as_json, doubt, note, told
 from limbgram.workbench.compare.comparison import Comparison, VolumeByShape
 from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
 from limbgram.workbench.compare.levels import Change, LevelChange
@@ -90,14 +90,19 @@ def verdict(comparison: Comparison) -> Verdict:
     )
 
 
-def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
+def comparison_lines(comparison: Comparison, language: str = LANGUAGES[0]) -> tuple[str, ...]:
+    """A comparison for people; its findings in their language."""
     found = comparison.deviation
     figures = found.on_first.figures
     by_shape = comparison.by_shape
     return (
-        told(verdict(comparison).finding),
-        *(() if by_shape is None or by_shape.at_odds else (told(shape_finding(by_shape)),)),
-        *(f"Note: {told(one)}" for one in comparison.notes),
+        told(verdict(comparison).finding, language),
+        *(
+            ()
+            if by_shape is None or by_shape.at_odds
+            else (told(shape_finding(by_shape), language),)
+        ),
+        *(f"Note: {told(one, language)}" for one in comparison.notes),
         f"Surface: mean {figures.mean_mm:+z.3f} mm, mean absolute {figures.mean_abs_mm:.3f}, RMS "
         f"{figures.rms_mm:.3f}, 95 % within {figures.p95_mm:.3f}, largest "
         f"{figures.largest_mm:.3f}; both ways 95 % within {found.hausdorff95_mm:.3f}; "
@@ -108,7 +113,7 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
         "where the volume begins); changes are second less first.",
         _HEADING,
         *(
-            f"{level.height_mm:8.1f}  {told(level.reason)}"
+            f"{level.height_mm:8.1f}  {told(level.reason, language)}"
             if level.reason is not None
             else f"{level.height_mm:8.1f}"
             f"{_second(level.measures.get('tape_mm'), 10)}"
@@ -122,7 +127,8 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
     )
 
 
-def series_lines(series: Series) -> tuple[str, ...]:
+def series_lines(series: Series, language: str = LANGUAGES[0]) -> tuple[str, ...]:
+    """A limb over time for people; its findings in their language."""
     scans = series.stack
     source = {
         "scans": "the scans' own",
@@ -131,10 +137,10 @@ def series_lines(series: Series) -> tuple[str, ...]:
     }[series.sigma_source]
     start = float(scans.volumes_mm3[0])
     return (
-        told(series.finding),
-        *(f"Note: {told(one)}" for one in scans.notes),
+        told(series.finding, language),
+        *(f"Note: {told(one, language)}" for one in scans.notes),
         f"{HOLDS}; for the volumes it is {source}. Alignment to the first: "
-        f"{told(scans.alignments[0].how)}",
+        f"{told(scans.alignments[0].how, language)}",
         *(
             f"{day.isoformat()}  {volume / 1000:8.1f} "
             f"{plus_minus(Interval.of_sigma(sigma / 1000), 1)} mL ({volume / start - 1:+z.1%})  "
@@ -155,17 +161,20 @@ def series_lines(series: Series) -> tuple[str, ...]:
     )
 
 
-def sheet_trend_lines(trend: SheetTrend) -> tuple[str, ...]:
-    """Each figure of the measuring sheets: from, to, change and how real it is."""
+def sheet_trend_lines(trend: SheetTrend, language: str = LANGUAGES[0]) -> tuple[str, ...]:
+    """Each figure of the measuring sheets: from, to, change and how real it is.
+
+    Findings are told in the language.
+    """
     words = {row.name: row.words["en"] for one in trend.visits for row in one.sheet.rows}
     return (
-        told(trend.finding),
-        *(f"Note: {told(one)}" for one in trend.notes),
+        told(trend.finding, language),
+        *(f"Note: {told(one, language)}" for one in trend.notes),
         *(f"{one.day.isoformat()}  {one.sheet.shape}" for one in trend.visits),
         f"{'first':>9}{'last':>9}{'change':>9}{'':15}{'real':>8}  {HOLDS}",
         *map(_course_line, trend.courses),
         *(f"{'':50}  {words[name]}: not on two days with a ±" for name in trend.left_out),
-        told(note("trend.real")),
+        told(note("trend.real"), language),
     )
 
 
@@ -180,16 +189,17 @@ def _course_line(course: FigureCourse) -> str:
     )
 
 
-def repeats_lines(found: Repeats) -> tuple[str, ...]:
+def repeats_lines(found: Repeats, language: str = LANGUAGES[0]) -> tuple[str, ...]:
+    """Repeated captures for people; their findings in the language."""
     agreement = found.agreement
     return (
-        told(found.finding),
-        *(f"Note: {told(one)}" for one in found.stack.notes),
+        told(found.finding, language),
+        *(f"Note: {told(one, language)}" for one in found.stack.notes),
         *(
             f"{volume / 1000:8.1f} mL  {name}"
             for volume, name in zip(found.stack.volumes_mm3, found.names)
         ),
-        f"Alignment to the first: {told(found.stack.alignments[0].how)}",
+        f"Alignment to the first: {told(found.stack.alignments[0].how, language)}",
         *(
             ()
             if agreement is None

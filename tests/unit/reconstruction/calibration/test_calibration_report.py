@@ -55,6 +55,8 @@ def test_photos_that_were_set_aside_are_named_with_the_reason(
     lines = calibration_text(result).splitlines()
     counted = next(k for k, line in enumerate(lines) if "1 set aside" in line)
     assert lines[counted + 1] == "  CAL_7.jpg: the board is cut off"
+    few = replace(result, doubts=(note("lens.doubt.few_photos", photos=6),))
+    assert "! 6 Fotos sind wenig" in calibration_text(few, "de")
 
 
 def test_the_picture_is_drawn(capture: Callable[..., Any]) -> None:
@@ -65,3 +67,16 @@ def test_the_picture_is_drawn(capture: Callable[..., Any]) -> None:
     grey = np.asarray(picture.convert("L"))
     quarters = [part for half in np.array_split(grey, 2) for part in np.array_split(half, 2, 1)]
     assert all((part < 128).mean() > 0.002 for part in quarters)
+
+
+def test_a_name_with_dollar_signs_is_no_formula_in_the_picture(
+    capture: Callable[..., Any],
+) -> None:
+    result = calibrate_detections(*capture(photos=6).arguments)
+    first, *others = result.photos
+    result = replace(
+        result,
+        photos=(replace(first, name="CAL$__$1.jpg"), *others),
+        set_aside=(SetAside("CAL$__$2.jpg", note("said.as_is", message="cut off")),),
+    )
+    assert calibration_picture(result).startswith(b"\x89PNG")

@@ -65,6 +65,22 @@ def test_a_good_case_is_green_in_millimetres(with_sigmas: Evidence) -> None:
     }
 
 
+def test_a_surface_that_its_rms_alone_puts_in_doubt_says_so(with_sigmas: Evidence) -> None:
+    """A few very unsure places: 95 % of the surface are as sure as they need to be."""
+    assert with_sigmas.mesh.sigma_mm is not None
+    sigma_mm = with_sigmas.mesh.sigma_mm.copy()
+    for size_mm, light in ((1.8, "amber"), (3.0, "red")):
+        sigma_mm[::25] = size_mm
+        tree = assess(replace(with_sigmas, mesh=replace(with_sigmas.mesh, sigma_mm=sigma_mm)))
+        p95, rms = (
+            next(one for one in tree.criteria if one.key == key)
+            for key in ("surface_p95", "surface_rms")
+        )
+        assert (tree.light, p95.light, rms.light) == (light, "green", light)
+        assert findings_in(tree.headline)[0] == rms.finding
+        assert "Expected RMS error 0." in told(tree.headline)
+
+
 def test_a_remark_that_is_a_sentence_ends_once(with_sigmas: Evidence) -> None:
     scene = with_sigmas.metric.scene
     zoomed = replace(
@@ -404,6 +420,15 @@ def test_a_tape_that_is_not_sure_enough_does_not_check_the_size(with_sigmas: Evi
         "; not checked independently: the tape is sure to 24.1 % only (1 % is needed)."
     )
     assert "limit.scale.one_source" in codes(vague.findings)
+
+
+def test_a_scale_that_a_tape_confirms_is_not_advised_to_be_unchecked(with_sigmas: Evidence) -> None:
+    scale = replace(with_sigmas.metric.scale, lengths=with_sigmas.metric.scale.lengths[:1])
+    alone = replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale))
+    for sigma_mm, checked in ((1.5, True), (20.0, False)):
+        tree = assess(with_tape(alone, GIRTH_MM, sigma_mm))
+        assert tree.size_checked is checked
+        assert ("limit.scale.unchecked" in codes(tree.findings)) is not checked
 
 
 def test_every_tape_that_can_tell_must_agree(with_sigmas: Evidence) -> None:

@@ -23,6 +23,8 @@ from limbgram.report.accuracy.judgement import without_light
 from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import KnownTruth
 from limbgram.report.alignment import Truth
+from limbgram.report.drawings.charts import accuracy_chart
+from limbgram.report.drawings.drawing import png
 from limbgram.report.drawings.surfaces import sigma_map
 from limbgram.report.html import html_of
 
@@ -169,3 +171,10 @@ def test_taped_girths_stand_beside_the_surface_or_say_why_not(with_sigmas: Evide
     assert (
         'at the widest place</td><td class="n">350.0</td><td class="sentence" colspan="4">' in page
     )
+
+
+def test_photos_with_dollar_signs_in_their_names_are_drawn(evidence: Evidence) -> None:
+    names = tuple(f"$__${name}" for name in evidence.metric.scene.names)
+    metric = replace(evidence.metric, scene=replace(evidence.metric.scene, names=names))
+    drawn = png(accuracy_chart(evidence.photos, metric).figure)
+    assert drawn.tobytes().startswith(b"\x89PNG")

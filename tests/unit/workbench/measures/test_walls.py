@@ -14,7 +14,10 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.edits.thickness import wall_thickness
+from limbgram.report.drawings.drawing import Drawing
+from limbgram.report.drawings.wall_thickness import wall_map
+from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
+from limbgram.workbench.edits.thickness import Thickness, wall_thickness
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_inside, measure_limb
 
@@ -192,3 +195,27 @@ def test_the_command_measures_either_side_and_draws_the_wall(tmp_path: Path) -> 
     tree = json.loads(printed_by("--height", "80", "--inside", "--json"))
     assert tree["skin"] == "inside"
     assert tree["wall"]["thinnest_mm"] == pytest.approx(2.0, abs=0.01)
+
+
+def test_the_map_is_drawn_on_the_surface_whose_wall_was_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A crumb beside the wall is left out of the measures, and its vertices of the map."""
+    crumb, wall = trimesh.creation.icosphere(radius=3), cup(2.0).mesh
+    crumb.apply_translation([120, 0, 75])
+    mesh = Mesh(
+        vertices_mm=np.concatenate([crumb.vertices, wall.vertices_mm]),
+        faces=np.concatenate([crumb.faces, wall.faces + len(crumb.vertices)]).astype(np.int32),
+    )
+    drawn: list[tuple[Mesh, Thickness]] = []
+
+    def kept(shown: Mesh, thickness: Thickness) -> Drawing:
+        drawn.append((shown, thickness))
+        return wall_map(shown, thickness)
+
+    monkeypatch.setattr("limbgram.report.drawings.wall_thickness.wall_map", kept)
+    for inside, vertices in ((False, len(wall)), (True, len(mesh))):
+        ask = MeasureRequest(heights_mm=(80,), inside=inside)
+        measure(replace(cup(2.0), mesh=mesh), ask, MeasureFiles(walls=tmp_path / "walls.png"))
+        shown, thickness = drawn.pop()
+        assert len(thickness.at_vertices_mm) == len(shown) == vertices
