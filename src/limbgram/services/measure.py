@@ -235,4 +235,5 @@ def _map(limb: AlignedLimb, wall: Thickness) -> bytes:
     from limbgram.report.drawings.drawing import png
     from limbgram.report.drawings.wall_thickness import wall_map
 
-    return png(wall_map(limb.mesh_in_limb, wall).figure).tobytes()
+    whole = outer_bodies(limb.mesh_in_limb).mesh  # what the wall was measured on
+    return png(wall_map(whole, wall).figure).tobytes()

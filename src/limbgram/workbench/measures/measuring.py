@@ -297,7 +297,8 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
         MeasureError: it encloses no hollow, or as `measure_limb`.
     """
     found = measure_limb(inside_of(limb), options)
-    return replace(found, skin="inside", wall=wall_thickness(limb.aligned().mesh_in_limb))
+    whole = outer_bodies(limb.aligned().mesh_in_limb).mesh
+    return replace(found, skin="inside", wall=wall_thickness(whole))
 
 
 def check_one_reading(found: Measures, reading: TapeReading) -> TapeCheck | Finding:

@@ -14,6 +14,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
+from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_inside, measure_limb
@@ -192,3 +193,26 @@ def test_the_command_measures_either_side_and_draws_the_wall(tmp_path: Path) -> 
     tree = json.loads(printed_by("--height", "80", "--inside", "--json"))
     assert tree["skin"] == "inside"
     assert tree["wall"]["thinnest_mm"] == pytest.approx(2.0, abs=0.01)
+
+
+def test_a_crumb_beside_a_wall_is_neither_measured_nor_drawn(tmp_path: Path) -> None:
+    plain = cup()
+    crumb = trimesh.creation.box((4.0, 4.0, 0.5))
+    mesh = Mesh(
+        vertices_mm=np.concatenate(
+            [crumb.vertices + np.array([90, 0, 50]), plain.mesh.vertices_mm]
+        ),
+        faces=np.concatenate([crumb.faces, plain.mesh.faces + len(crumb.vertices)]).astype(
+            np.int32
+        ),
+    )
+    limb = plain.with_mesh(mesh)
+    alone, beside = (measure_inside(one, OPTIONS).wall for one in (plain, limb))
+    assert alone is not None
+    assert beside is not None
+    assert beside.thinnest_mm == pytest.approx(alone.thinnest_mm)
+    for inside in (True, False):
+        picture = tmp_path / f"{inside}.png"
+        ask = MeasureRequest(heights_mm=(50.3,), inside=inside)
+        measure(limb, ask, MeasureFiles(walls=picture))
+        assert picture.read_bytes()[:4] == b"\x89PNG"
