@@ -447,3 +447,32 @@ def test_more_than_five_thousand_levels_are_refused(cylinder: Mesh) -> None:
         measure_limb(aligned(cylinder), LimbMeasureOptions(spacing_mm=200 / 5002))
     assert refused.value.finding.code == "measure.spacing.levels"
     assert refused.value.finding.values["levels"] == 5001
+
+
+def test_refusals_name_heights_as_they_were_asked_for(cylinder: Mesh) -> None:
+    """From a knee at 160 mm of 200: the limb reaches from -160 to 40."""
+    holed = replace(cylinder, faces=np.delete(cylinder.faces, 100, axis=0))
+    knee = ("knee", 50, 0, 160.0)
+    asked = LimbMeasureOptions(heights_mm=(-100.0, 90.0), reference="knee")
+    missed = measure_limb(aligned(cylinder, knee), asked).rows[1].reasons[0]
+    assert missed.values == {
+        "height_mm": pytest.approx(90),
+        "low_mm": pytest.approx(-160),
+        "high_mm": pytest.approx(40),
+    }
+    (opened,) = measure_limb(aligned(holed, knee), asked).rows[0].reasons
+    assert opened.code == "measure.volume.open"
+    assert opened.values["high_mm"] == pytest.approx(-100)
+    assert opened.values["low_mm"] is None
+    for more, code in (
+        ({"volumes_mm": ((-50.0, 90.0),)}, "measure.volume.beyond"),
+        ({"tape": (TapeReading(height_mm=90, girth_mm=314),)}, "tape.no_girth"),
+    ):
+        with pytest.raises(MeasureError) as refused:
+            measure_limb(aligned(cylinder, knee), replace(asked, **more))
+        said = refused.value.finding
+        assert said.code == code
+        inner = said.values.get("reason", said)
+        assert isinstance(inner, Finding)
+        assert inner.values["height_mm"] == pytest.approx(90)
+        assert inner.values["high_mm"] == pytest.approx(40)
