@@ -476,3 +476,12 @@ def test_refusals_name_heights_as_they_were_asked_for(cylinder: Mesh) -> None:
         assert isinstance(inner, Finding)
         assert inner.values["height_mm"] == pytest.approx(90)
         assert inner.values["high_mm"] == pytest.approx(40)
+
+
+def test_a_landmark_is_no_way_from_itself(cylinder: Mesh) -> None:
+    sure = replace(cylinder, sigma_mm=np.full(len(cylinder), 0.1, np.float32))
+    limb = aligned(sure, ("a", 50, 0, 40.0))
+    (length,) = measure_limb(limb, LimbMeasureOptions(lengths=(("a", "a"),))).lengths
+    assert length.along_axis.value == 0.0
+    for figure in (length.straight, length.over_surface):
+        assert (figure.value, figure.sigma) == (0.0, 0.0)
