@@ -83,7 +83,7 @@ class AlongCentreline:
     """The measures along a centreline: stations and lengths."""
 
     bends: bool
-    """Whether the kind has a centreline of its centreline; otherwise it is the long axis."""
+    """Whether the kind has a centreline of its own; otherwise it is the long axis."""
     stations: tuple[Station, ...]
     lengths: tuple[LengthAlong, ...]
 
@@ -159,7 +159,8 @@ def measure_along(
         MeasureError: not aligned, several limbs, or a landmark of the curve is missing.
     """
     right = limb.aligned().limb_from_mesh.rotation[0]
-    subject, centreline = Subject.of(limb, placing), limb.centreline()
+    subject = Subject.of(limb, placing)
+    centreline = limb.with_mesh(subject.sigmas.mesh).centreline()
     bends = subject.anatomy.kind.centreline is not None
 
     def centreline_of(anatomy: Anatomy) -> Centreline:

@@ -204,3 +204,18 @@ def test_the_tables_in_a_notebook_have_their_reach_and_in_pandas_their_sigma() -
     )
     assert row.figure.with_interval in form._repr_html_()
     assert len(repr(form)) < 600
+
+
+def test_a_crumb_below_a_straight_limb_does_not_shift_its_stations(cylinder: Mesh) -> None:
+    corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]]) - [1, 1, 30]
+    sides = len(cylinder) + np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    limb = AlignedLimb(
+        mesh=Mesh(
+            vertices_mm=np.concatenate([cylinder.vertices_mm, corners]),
+            faces=np.concatenate([cylinder.faces, sides]).astype(np.int32),
+        ),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+        kind="transtibial",
+    )
+    found = measure_along(limb, 50.0)
+    assert [one.along_mm for one in found.stations] == [50.0, 100.0, 150.0]
