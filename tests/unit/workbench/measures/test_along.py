@@ -21,7 +21,7 @@ from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.along import AlongCentreline, measure_along
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
-from limbgram.workbench.measures.sheet import measuring_sheet
+from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 
 RADIUS_MM, SIDES = 30.0, 96
 GIRTH_PER_MM = 2 * SIDES * np.sin(np.pi / SIDES)
@@ -219,3 +219,16 @@ def test_a_crumb_below_a_straight_limb_does_not_shift_its_stations(cylinder: Mes
     )
     found = measure_along(limb, 50.0)
     assert [one.along_mm for one in found.stations] == [50.0, 100.0, 150.0]
+
+
+def test_a_figure_made_of_others_is_given_without_them() -> None:
+    sheet = measuring_sheet(foot(), SheetOptions(only=("navicular_height_per_cent",)))
+    (row,) = sheet.rows
+    assert row.name == "navicular_height_per_cent"
+    assert row.reason is not None, "no navicular is marked"
+    whole = {one.name: one for one in measuring_sheet(foot()).rows}
+    assert row == whole[row.name]
+    with pytest.raises(MeasureError):
+        sheet[row.name]
+    with pytest.raises(KeyError, match="calf"):
+        sheet["calf"]
