@@ -446,6 +446,20 @@ def test_a_pair_that_does_not_meet_is_refused(bench) -> None:
     assert refused.value.finding.code == "compare.surface.no_counterpart"
 
 
+def test_a_crumb_below_the_limb_does_not_shift_a_template(bench, own) -> None:
+    limb = bench.limb_of(bench.build())
+    corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]]) - [1, 1, 40]
+    count = len(limb.mesh)
+    sides = count + np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    mesh = replace(
+        limb.mesh,
+        vertices_mm=np.concatenate([limb.mesh.vertices_mm, corners]),
+        faces=np.concatenate([limb.mesh.faces, sides]).astype(np.int32),
+    )
+    clean, beside = (apply_template(one, own).moved_mm for one in (limb, limb.with_mesh(mesh)))
+    np.testing.assert_allclose(beside[:count], clean, atol=1e-9)
+
+
 def test_by_default_a_pair_is_taken_as_it_lies(bench) -> None:
     """3 % of girth off the lower half: by shape the limb would slide and hide a part of it."""
     limb = bench.lying(bench.limb_of(bench.build()), 7)
