@@ -485,3 +485,13 @@ def test_a_landmark_is_no_way_from_itself(cylinder: Mesh) -> None:
     assert length.along_axis.value == 0.0
     for figure in (length.straight, length.over_surface):
         assert (figure.value, figure.sigma) == (0.0, 0.0)
+
+
+def test_a_surface_that_no_photo_measured_is_not_known_exactly(cylinder: Mesh) -> None:
+    unknown = replace(cylinder, sigma_mm=np.full(len(cylinder), np.nan, np.float32))
+    options = LimbMeasureOptions(heights_mm=(60.0,), volumes_mm=((50, 150),), lengths=(("a", "b"),))
+    limb = aligned(unknown, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
+    table = measure_limb(limb, options)
+    figures = [*table.rows[0].figures.values(), table.volumes[0].volume_mm3]
+    figures += [table.lengths[0].straight, table.lengths[0].over_surface]
+    assert [one.sigma for one in figures if one is not None] == [None] * len(figures)
