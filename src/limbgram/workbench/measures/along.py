@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.core.errors import MeasureError
+from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import HOLDS
 from limbgram.core.notebook import brief, data_frame, html_of
@@ -157,7 +157,10 @@ def measure_along(
 
     Raises:
         MeasureError: not aligned, several limbs, or a landmark of the curve is missing.
+        OptionsError: a spacing that is none.
     """
+    if not 0 < spacing_mm < math.inf:
+        raise OptionsError("measure.spacing.not_positive", spacing_mm=spacing_mm)
     right = limb.aligned().limb_from_mesh.rotation[0]
     subject = Subject.of(limb, placing)
     centreline = limb.with_mesh(subject.sigmas.mesh).centreline()

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.core.errors import MeasureError
+from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.mesh import Mesh
@@ -232,3 +232,10 @@ def test_a_figure_made_of_others_is_given_without_them() -> None:
         sheet[row.name]
     with pytest.raises(KeyError, match="calf"):
         sheet["calf"]
+
+
+@pytest.mark.parametrize("spacing_mm", [0.0, -10.0, np.nan, np.inf])
+def test_a_spacing_that_is_none_is_refused(spacing_mm: float) -> None:
+    with pytest.raises(OptionsError) as refused:
+        measure_along(foot(), spacing_mm)
+    assert refused.value.finding.code == "measure.spacing.not_positive"
