@@ -65,7 +65,7 @@ def measure_command(
         (
             *_lines(limb, sheet.measures),
             *what_it_means(_intervals(sheet.measures)),
-            *_fit_lines(sheet.fitted, sheet.measures.limb),
+            *_fit_lines(sheet.fitted, sheet.measures),
             *([] if sheet.along is None else _along_lines(sheet.along)),
             *([] if sheet.form is None else _form_lines(sheet.form)),
             *(f"Written: {path}" for path in sheet.written),
@@ -217,18 +217,18 @@ def _tape_line(check: TapeCheck, reference_mm: float) -> str:
     )
 
 
-def _fit_lines(fitted: TapeFit | None, before: Limb) -> list[str]:
+def _fit_lines(fitted: TapeFit | None, measures: Measures) -> list[str]:
     if fitted is None:
         return []
     return [
         *(
-            f"Fitted at {change.height_mm:.1f} mm: girth {change.before_mm:.1f} to "
-            f"{change.after_mm:.1f} mm, scaled by {change.factor:.4f}"
+            f"Fitted at {change.height_mm - measures.reference_mm:.1f} mm: girth "
+            f"{change.before_mm:.1f} to {change.after_mm:.1f} mm, scaled by {change.factor:.4f}"
             for change in fitted.changes
         ),
         f"The farthest point moved by {fitted.largest_mm:.2f} mm; beyond the first and the last "
         "reading the shape was scaled as there.",
-        *(f"Note: {with_full_stop(spoken(one))}" for one in _of_fit(fitted, before)),
+        *(f"Note: {with_full_stop(spoken(one))}" for one in _of_fit(fitted, measures.limb)),
     ]
 
 

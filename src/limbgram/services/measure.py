@@ -16,7 +16,6 @@ import numpy as np
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import AtMost, Flag, Panel, Within
 from limbgram.core.spreadsheet import Decimal, csv_of, xlsx_of
@@ -219,7 +218,7 @@ def _written(limb: AlignedLimb, found: Sheet, files: MeasureFiles) -> Iterator[P
     if files.fit is not None and fitted is not None:
         yield write_limb(fitted.limb, files.fit)
     if files.walls is not None and measures.wall is not None:
-        yield write_bytes(files.walls, _map(_with_wall(limb, measures), measures.wall))
+        yield write_bytes(files.walls, _map(limb, measures.wall))
     if files.sheet_csv is not None and form is not None:
         yield write_bytes(files.sheet_csv, csv_of(form.table(), files.decimal).encode())
 
@@ -232,15 +231,9 @@ def _picture(measures: Measures) -> bytes:
     return png(sections_drawing(measures).figure).tobytes()
 
 
-def _with_wall(limb: AlignedLimb, measures: Measures) -> Mesh:
-    """The mesh on which the thickness was measured, in the limb frame: without loose bodies."""
-    if measures.skin == "inside":
-        return limb.mesh_in_limb
-    return outer_bodies(measures.limb.mesh_in_limb).mesh
-
-
-def _map(mesh_in_limb: Mesh, wall: Thickness) -> bytes:
+def _map(limb: AlignedLimb, wall: Thickness) -> bytes:
     from limbgram.report.drawings.drawing import png
     from limbgram.report.drawings.wall_thickness import wall_map
 
-    return png(wall_map(mesh_in_limb, wall).figure).tobytes()
+    whole = outer_bodies(limb.mesh_in_limb).mesh  # what the wall was measured on
+    return png(wall_map(whole, wall).figure).tobytes()

@@ -166,6 +166,17 @@ def test_measure_writes_table_picture_and_a_fitted_shape(scan: Path, tmp_path: P
     assert heights == ["50.0", "100.0", "150.0", "200.0"]
 
 
+def test_a_fit_tells_heights_from_the_landmark_as_the_readings_do(
+    scan: Path, tmp_path: Path
+) -> None:
+    knee = ("--landmark", "knee=0,48.263,200")
+    assert run("align", scan, "--side", "right", *FRONT, *knee).exit_code == 0
+    words = ("--from", "knee", "--tape", "-100=300", "--fit", tmp_path / "fit.ply")
+    shown = run("measure", scan, *words).stdout
+    assert "Tape at -100.0 mm" in shown
+    assert "Fitted at -100.0 mm" in shown
+
+
 def test_measure_refuses_what_it_cannot_do(scan: Path, tmp_path: Path) -> None:
     bare = run("measure", scan)
     assert bare.exit_code == 4

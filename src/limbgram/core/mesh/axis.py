@@ -96,6 +96,8 @@ def _centroids(mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3)
         if ((rim[:, 0] < offset) & (rim[:, 1] >= offset)).any():
             continue
         crossed = np.flatnonzero((lowest < offset) & (highest >= offset))
+        if not len(crossed):  # a gap between two pieces
+            continue
         centroids.append(_centroid(mesh, crossed, corners[crossed] - offset, direction))
     if len(centroids) < _LEAST_SECTIONS:
         raise MeasureError(

@@ -15,6 +15,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.sections import level_segments
 from limbgram.workbench.carving.contact import ContactField, sample_surface
 from limbgram.workbench.carving.mapping import highest_whole_mm
 from limbgram.workbench.carving.setup import (
@@ -71,6 +72,9 @@ def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolp
     below = mesh_in_limb.vertices_mm[mesh_in_limb.vertices_mm[:, 2] <= high_mm]
     radii = np.hypot(below[:, 0], below[:, 1])
     blank = fit_blank(options, float(radii.max()), low_mm, high_mm)
+    end_radius_mm = _radius_at_mm(mesh_in_limb, high_mm)
+    if end_radius_mm > blank.radius_mm:  # the end cuts triangles far from their corners
+        blank = fit_blank(options, end_radius_mm, low_mm, high_mm)
     check_mandrel(options, radii, below[:, 2] - low_mm)
     # Between samples a ball sinks by c^2 / (2 R), c being the way to the nearest of them.
     sinking = options.tolerance_mm
@@ -91,6 +95,12 @@ def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolp
     return Toolpath(
         strips=tuple(strips), blank=blank, options=options, rings=len(rings_mm), low_mm=low_mm
     )
+
+
+def _radius_at_mm(mesh: Mesh, height_mm: float) -> float:
+    """Largest distance of a section from the axis."""
+    cut = level_segments(mesh, np.array([height_mm]))
+    return float(np.linalg.norm(cut.start_mm, axis=1).max(initial=0.0))
 
 
 def _end_height_mm(mesh: Mesh, options: CarveOptions) -> float:

@@ -1,6 +1,6 @@
 """Frames: the axes in which two shapes are compared, the first one's."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -52,7 +52,7 @@ def outside_by_name(limb: Limb) -> Limb:
 
 
 def mesh_in_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:
-    return replace(mesh, vertices_mm=limb_from_mesh.apply(mesh.vertices_mm))
+    return mesh.moved(limb_from_mesh)
 
 
 def brim_height_mm(mesh_in_limb: Mesh) -> float:

@@ -35,7 +35,7 @@ class RadialErrors:
     iqr_mm: float
     """Third less first quartile."""
     known_share: float
-    """Of the spokes between the shared ends."""
+    """Of the spokes from the lower of both distal ends to the lower of both brims."""
 
 
 def radial_errors(first_in_limb: Mesh, second_in_limb: Mesh, brim_mm: float) -> RadialErrors:

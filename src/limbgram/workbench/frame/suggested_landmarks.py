@@ -16,6 +16,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.axis import fit_axis
 from limbgram.workbench.anatomy.names import identity_of
+from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.frame.alignment import AlignOptions, proximal_direction
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 
@@ -34,6 +35,7 @@ def guess_places(limb: Limb) -> tuple[GuessedPlace, ...]:
     known = {identity_of(mark.name) for mark in limb.landmarks}
     if limb.kind is None or not KIND_NAMED[limb.kind].round_ended or "distal end" in known:
         return ()
+    limb = limb.with_mesh(outer_bodies(limb.mesh).mesh)
     up = _proximal_direction(limb)
     if up is None:
         return ()

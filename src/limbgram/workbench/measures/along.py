@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.core.errors import MeasureError
+from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import HOLDS
 from limbgram.core.notebook import brief, data_frame, html_of
@@ -83,7 +83,7 @@ class AlongCentreline:
     """The measures along a centreline: stations and lengths."""
 
     bends: bool
-    """Whether the kind has a centreline of its centreline; otherwise it is the long axis."""
+    """Whether the kind has a centreline of its own; otherwise it is the long axis."""
     stations: tuple[Station, ...]
     lengths: tuple[LengthAlong, ...]
 
@@ -157,9 +157,13 @@ def measure_along(
 
     Raises:
         MeasureError: not aligned, several limbs, or a landmark of the curve is missing.
+        OptionsError: a spacing that is none.
     """
+    if not 0 < spacing_mm < math.inf:
+        raise OptionsError("measure.spacing.not_positive", spacing_mm=spacing_mm)
     right = limb.aligned().limb_from_mesh.rotation[0]
-    subject, centreline = Subject.of(limb, placing), limb.centreline()
+    subject = Subject.of(limb, placing)
+    centreline = limb.with_mesh(subject.sigmas.mesh).centreline()
     bends = subject.anatomy.kind.centreline is not None
 
     def centreline_of(anatomy: Anatomy) -> Centreline:

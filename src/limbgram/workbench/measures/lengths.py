@@ -95,6 +95,8 @@ class _EndPlacing:
 
 def surface_length(sigmas: Sigmas, path_mm: Points3) -> Figure:
     """Length of a path over the surface at the smoothing length, with lost length added."""
+    if not length_mm(path_mm) > 0:  # from a place to itself
+        return _propagated_figure(sigmas, 0.0, path_mm, np.zeros_like(path_mm))
     smooth = smoothed_length(path_mm, closed=False)
     figure = _propagated_figure(sigmas, smooth.value_mm, path_mm, smooth.slopes)
     if figure.sigma is None:

@@ -217,7 +217,11 @@ class Sigmas:
 
     @classmethod
     def of(cls, mesh_in_limb: Mesh) -> "Sigmas":
-        return cls(mesh_in_limb, mesh_in_limb.vertex_normals())
+        """Of a mesh; one of which no vertex was measured carries no sigmas."""
+        mesh, sigma_mm = mesh_in_limb, mesh_in_limb.sigma_mm
+        if sigma_mm is not None and not np.isfinite(sigma_mm).any():
+            mesh = replace(mesh, sigma_mm=None)
+        return cls(mesh, mesh.vertex_normals())
 
     def moved(self, motion: Rigid) -> "Sigmas":
         return Sigmas(self.mesh.moved(motion), self.normals @ motion.rotation.T)

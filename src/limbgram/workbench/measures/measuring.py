@@ -54,6 +54,8 @@ _TOUCHING_MM = 1e-6
 
 
 _VOLUME = "volume_below_mm3"
+_HEIGHT_VALUES = ("height_mm", "low_mm", "high_mm", "open_from_mm", "open_to_mm")
+"""Heights among the values of refusals."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -297,7 +299,8 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
         MeasureError: it encloses no hollow, or as `measure_limb`.
     """
     found = measure_limb(inside_of(limb), options)
-    return replace(found, skin="inside", wall=wall_thickness(limb.aligned().mesh_in_limb))
+    whole = outer_bodies(limb.aligned().mesh_in_limb).mesh
+    return replace(found, skin="inside", wall=wall_thickness(whole))
 
 
 def check_one_reading(found: Measures, reading: TapeReading) -> TapeCheck | Finding:
@@ -356,7 +359,7 @@ def _row_of_level(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero
             from_reference_mm=height - zero,
             figures=nothing,
             loops=0,
-            reasons=(level.reason,),
+            reasons=(_from_reference(level.reason, zero),),
             level=None,
         )
     reasons: list[Finding] = []
@@ -370,7 +373,7 @@ def _row_of_level(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero
         figures["volume_below_mm3"] = volumes.between(DISTAL_END, height)
     except MeasureError as error:
         figures["volume_below_mm3"] = None
-        reasons.append(error.finding)
+        reasons.append(_from_reference(error.finding, zero))
     return Row(
         height_mm=height,
         from_reference_mm=height - zero,
@@ -396,12 +399,22 @@ def _volume_row(
             notes.append(note("measure.volume.clamped", end_mm=end - zero, asked_mm=height - zero))
         else:
             heights.append(height)
+    try:
+        volume_mm3 = volumes.between(*heights)
+    except MeasureError as error:
+        raise MeasureError.of(_from_reference(error.finding, zero)) from error
     return VolumeRow(
-        low_mm=span_mm[0],
-        high_mm=span_mm[1],
-        volume_mm3=volumes.between(*heights),
-        notes=tuple(notes),
+        low_mm=span_mm[0], high_mm=span_mm[1], volume_mm3=volume_mm3, notes=tuple(notes)
     )
+
+
+def _from_reference(reason: Finding, zero: float) -> Finding:
+    """A refusal with its heights counted from the reference, as those that were asked for."""
+    values = {
+        name: value - zero if name in _HEIGHT_VALUES and isinstance(value, float) else value
+        for name, value in reason.values.items()
+    }
+    return replace(reason, values=values)
 
 
 def _tape_checks(
@@ -427,7 +440,7 @@ def _check_of_reading(
     heights = [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]
     level, *near_levels = levels_at(sigmas.mesh, heights, through_mm)
     if isinstance(level, Refused):
-        return level.reason
+        return _from_reference(level.reason, zero)
     girth = sigmas.figure(level, tape_mm(level))
     near = [tape_mm(one).value for one in near_levels if not isinstance(one, Refused)]
     taper_mm = max((abs(one - tape_mm(level).value) for one in near), default=0.0)

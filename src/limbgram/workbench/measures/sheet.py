@@ -13,7 +13,7 @@ Fails   MeasureError: nobody said the kind, or the side of what has one. What la
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -186,8 +186,9 @@ class MeasuringSheet:
 
         Raises:
             MeasureError: it has none, for the reason that its row has.
+            KeyError: the sheet has no row of that name.
         """
-        return _figure_of(next(row for row in self.rows if row.name == name))
+        return _figure_of({row.name: row for row in self.rows}[name])
 
 
 def _rounded(value: float | None) -> Cell:
@@ -214,18 +215,37 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
     found: dict[str, SheetRow] = {}
     heads: dict[str, Propagated] = {}
     wanted = set(options.only)
+    needed = _with_parts(wanted, anatomy.kind.sheet)
     for item in anatomy.kind.sheet:
-        if wanted and item.name not in wanted:
+        if wanted and item.name not in needed:
             continue
         row = _row_of_item(_SheetInProgress(subject, options, found, heads), item)
         found[item.name] = replace(row, doubt=unconfirmed_finding(limb, row.places))
+    rows = tuple(row for row in found.values() if not wanted or row.name in wanted)
     return MeasuringSheet(
         kind=anatomy.kind.name,
         side=limb.side,
         shape=limb.name,
-        rows=tuple(found.values()),
-        doubt=unconfirmed_finding(limb, {name for row in found.values() for name in row.places}),
+        rows=rows,
+        doubt=unconfirmed_finding(limb, {name for row in rows for name in row.places}),
     )
+
+
+def _with_parts(wanted: set[str], sheet: Iterable[AnyItem]) -> set[str]:
+    """The wanted figures, and those of which they are made."""
+    parts = {name for item in sheet if item.name in wanted for name in _parts_of(item)}
+    return {*wanted, *parts}
+
+
+def _parts_of(item: AnyItem) -> tuple[str, ...]:
+    """The figures of which another one is made."""
+    match item:
+        case Share():
+            return item.part, item.whole
+        case Difference():
+            return item.part, item.less
+        case _:
+            return ()
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.workbench.anatomy.centreline import Centreline
 from limbgram.workbench.anatomy.kind import BentCentreline
 from limbgram.workbench.anatomy.names import landmark_named, landmarks_by_identity
+from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.compare.radial import spoke_radii
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb, Side, likeliest
 
@@ -150,7 +151,7 @@ def _distal_dome(
     limb: AlignedLimb, curve: Centreline | None, top: float
 ) -> tuple[float, float | None]:
     """Heights of the distal end and of its dome's middle; None where it is no dome."""
-    in_limb = limb.mesh_in_limb
+    in_limb = outer_bodies(limb.mesh_in_limb).mesh
     straight = in_limb.with_vertices(_straightened(in_limb.vertices_mm, curve))
     tip = float(straight.vertices_mm[:, 2].min())
     rings = np.arange(tip + _RINGS_MM, max(top, tip + 2 * _RINGS_MM), _RINGS_MM)

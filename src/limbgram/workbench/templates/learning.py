@@ -180,7 +180,11 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
 
 
 def displacements(pair: Pair, options: LearnOptions) -> Displacements:
-    """The displacements from the shape before to the shape after."""
+    """The displacements from the shape before to the shape after.
+
+    Raises:
+        MeasureError: no place of the one has a counterpart on the other.
+    """
     before = pair.before
     axes = axes_of(before)
     alignment = align_shapes(before, pair.after, axes, options.registration)
@@ -203,6 +207,8 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
     met = np.abs(found.signed_mm) < _HIT_MM
     own = measured_faces(before.mesh, brim_mm)[samples.faces]
     good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < options.farthest_mm)
+    if not good.any():
+        raise MeasureError("compare.surface.no_counterpart")
     return Displacements(
         points_mm=axes.limb_from_mesh.apply(samples.points_mm[good]),
         moved_mm=moved[good],

@@ -211,3 +211,14 @@ def test_a_blank_or_tool_that_does_not_do_is_refused(options: CarveOptions, says
 def test_what_no_carver_has_is_refused(options: CarveOptions) -> None:
     with pytest.raises(OptionsError):
         plan_toolpath(body("cone"), options)
+
+
+def test_the_blank_holds_the_end_of_a_shape_of_few_triangles() -> None:
+    """Carving ends half way up a cone whose only corners lie at its ends: 40 mm from the axis."""
+    radii = np.repeat([[20.0], [60.0]], 12, axis=1)
+    thetas = 30.0 * np.arange(12)
+    cone = RadiusMap(thetas_deg=thetas, z_mm=np.array([0.0, 120.0]), radii_mm=radii).surface()
+    options = replace(COARSE, to_mm=60.0, scallop_mm=1.0, tolerance_mm=0.04)
+    assert plan_toolpath(cone, options).blank.radius_mm == 45
+    with pytest.raises(CarveError, match=r"too thin: the shape needs 80\.0 mm"):
+        plan_toolpath(cone, replace(options, blank_diameter_mm=60.0))

@@ -17,6 +17,7 @@ from limbgram.workbench.compare.radial import radial_errors, spoke_radii
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.mirror import Mirror
+from limbgram.workbench.limb import LimbFrame
 
 AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))
 FACET_MM = 0.02
@@ -120,6 +121,28 @@ def test_what_one_scan_lost_is_no_difference(make_limb) -> None:
         own = changes_by_level(bare, bare, heights).levels[0].measures["contour_mm"].first.value
         assert abs(measures["contour_mm"].difference) < 1e-9
         assert measures["contour_mm"].first.value == pytest.approx((1 + more) * own)
+
+
+def test_lost_folds_are_turned_with_a_scan_that_lies_elsewhere(make_limb) -> None:
+    """Folds across the axis, which girths run along, are so however the file lies."""
+    bare = make_limb().mesh
+    told = replace(
+        bare,
+        sigma_mm=np.full(len(bare), 0.01, np.float32),
+        lost_length=np.tile(np.float32([1e-3, 1e-4]), (len(bare), 1)),
+        lost_across=np.tile(np.float32([0.0, 0.0, 1e-3]), (len(bare), 1)),
+    )
+    (level,) = changes_by_level(told, told, (100.0,)).levels
+    pose = Rigid.from_rotation_vector(np.array([1.2, 0.3, -0.4]), np.array([90.0, -20, 40]))
+    frame = LimbFrame(limb_from_mesh=pose, side="right")
+    lying = make_limb().with_mesh(told.moved(pose.inverse)).with_frame(frame)
+    (found,) = (
+        one
+        for one in compare(lying, lying, CompareOptions(spacing_mm=100)).levels.levels
+        if one.height_mm == 100
+    )
+    girth, own = (one.measures["contour_mm"].first.value for one in (found, level))
+    assert girth == pytest.approx(own, abs=1e-3)
 
 
 def test_a_hole_is_said_and_not_passed_over(make_limb) -> None:

@@ -150,6 +150,15 @@ def test_a_ball_has_no_long_axis() -> None:
         fit_axis(mesh)
 
 
+def test_a_band_that_no_photo_saw_does_not_spoil_the_axis(stump: Limb, lay: Lay) -> None:
+    """Under a strap in the middle: the limb is in two pieces, and a section may meet neither."""
+    middles = stump.mesh.vertices_mm[stump.mesh.faces][:, :, 2].mean(1)
+    seen = (middles < 115) | (middles > 120)
+    parted = stump.with_mesh(replace(stump.mesh, faces=stump.mesh.faces[seen]))
+    aligned = align(lay(parted, 3), RIGHT)
+    np.testing.assert_allclose(in_limb(aligned), stump.mesh.vertices_mm, atol=1e-6)
+
+
 def test_a_name_of_no_template_turns_nothing(stump: Limb) -> None:
     odd = Landmark(name="scar", position_mm=np.array([0.0, -51.0, 150]))
     aligned = align(replace(stump, landmarks=(*stump.landmarks, odd)), RIGHT)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.frame.suggested_landmarks import guess_places
 from limbgram.workbench.limb import Limb
 
@@ -31,6 +32,26 @@ def test_what_is_known_and_what_no_shape_tells_is_not_guessed(stump: Limb, lay: 
     assert guess_places(replace(plain, landmarks=(german,))) == ()
     assert guess_places(replace(plain, kind="torso")) == ()
     assert guess_places(replace(plain, kind=None)) == ()
+
+
+def test_a_place_that_is_marked_under_another_name_is_not_guessed(stump: Limb, lay: Lay) -> None:
+    plain = replace(lay(stump, 0), landmarks=(), kind="transtibial")
+    (found,) = guess_places(plain)
+    for name in ("Stumpfspitze", "End of the stump"):
+        mark = replace(stump.landmarks[0], name=name, position_mm=found.position_mm)
+        assert guess_places(replace(plain, landmarks=(mark,))) == ()
+
+
+def test_a_crumb_below_the_limb_is_not_its_distal_end(stump: Limb) -> None:
+    corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]]) - [1, 1, 40]
+    first = len(stump.mesh)
+    sides = first + np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    mesh = Mesh(
+        vertices_mm=np.concatenate([stump.mesh.vertices_mm, corners]),
+        faces=np.concatenate([stump.mesh.faces, sides]).astype(np.int32),
+    )
+    (found,) = guess_places(Limb(mesh=mesh, kind="transtibial"))
+    assert abs(found.position_mm[2]) < 0.5
 
 
 def test_a_shape_without_a_long_axis_tells_nothing(stump: Limb) -> None:

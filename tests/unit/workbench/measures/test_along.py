@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.core.errors import MeasureError
+from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.mesh import Mesh
@@ -21,7 +21,7 @@ from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.along import AlongCentreline, measure_along
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
-from limbgram.workbench.measures.sheet import measuring_sheet
+from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 
 RADIUS_MM, SIDES = 30.0, 96
 GIRTH_PER_MM = 2 * SIDES * np.sin(np.pi / SIDES)
@@ -204,3 +204,38 @@ def test_the_tables_in_a_notebook_have_their_reach_and_in_pandas_their_sigma() -
     )
     assert row.figure.with_interval in form._repr_html_()
     assert len(repr(form)) < 600
+
+
+def test_a_crumb_below_a_straight_limb_does_not_shift_its_stations(cylinder: Mesh) -> None:
+    corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]]) - [1, 1, 30]
+    sides = len(cylinder) + np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    limb = AlignedLimb(
+        mesh=Mesh(
+            vertices_mm=np.concatenate([cylinder.vertices_mm, corners]),
+            faces=np.concatenate([cylinder.faces, sides]).astype(np.int32),
+        ),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+        kind="transtibial",
+    )
+    found = measure_along(limb, 50.0)
+    assert [one.along_mm for one in found.stations] == [50.0, 100.0, 150.0]
+
+
+def test_a_figure_made_of_others_is_given_without_them() -> None:
+    sheet = measuring_sheet(foot(), SheetOptions(only=("navicular_height_per_cent",)))
+    (row,) = sheet.rows
+    assert row.name == "navicular_height_per_cent"
+    assert row.reason is not None, "no navicular is marked"
+    whole = {one.name: one for one in measuring_sheet(foot()).rows}
+    assert row == whole[row.name]
+    with pytest.raises(MeasureError):
+        sheet[row.name]
+    with pytest.raises(KeyError, match="calf"):
+        sheet["calf"]
+
+
+@pytest.mark.parametrize("spacing_mm", [0.0, -10.0, np.nan, np.inf])
+def test_a_spacing_that_is_none_is_refused(spacing_mm: float) -> None:
+    with pytest.raises(OptionsError) as refused:
+        measure_along(foot(), spacing_mm)
+    assert refused.value.finding.code == "measure.spacing.not_positive"

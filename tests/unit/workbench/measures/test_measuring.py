@@ -447,3 +447,51 @@ def test_more_than_five_thousand_levels_are_refused(cylinder: Mesh) -> None:
         measure_limb(aligned(cylinder), LimbMeasureOptions(spacing_mm=200 / 5002))
     assert refused.value.finding.code == "measure.spacing.levels"
     assert refused.value.finding.values["levels"] == 5001
+
+
+def test_refusals_name_heights_as_they_were_asked_for(cylinder: Mesh) -> None:
+    """From a knee at 160 mm of 200: the limb reaches from -160 to 40."""
+    holed = replace(cylinder, faces=np.delete(cylinder.faces, 100, axis=0))
+    knee = ("knee", 50, 0, 160.0)
+    asked = LimbMeasureOptions(heights_mm=(-100.0, 90.0), reference="knee")
+    missed = measure_limb(aligned(cylinder, knee), asked).rows[1].reasons[0]
+    assert missed.values == {
+        "height_mm": pytest.approx(90),
+        "low_mm": pytest.approx(-160),
+        "high_mm": pytest.approx(40),
+    }
+    (opened,) = measure_limb(aligned(holed, knee), asked).rows[0].reasons
+    assert opened.code == "measure.volume.open"
+    assert opened.values["high_mm"] == pytest.approx(-100)
+    assert opened.values["low_mm"] is None
+    for more, code in (
+        ({"volumes_mm": ((-50.0, 90.0),)}, "measure.volume.beyond"),
+        ({"tape": (TapeReading(height_mm=90, girth_mm=314),)}, "tape.no_girth"),
+    ):
+        with pytest.raises(MeasureError) as refused:
+            measure_limb(aligned(cylinder, knee), replace(asked, **more))
+        said = refused.value.finding
+        assert said.code == code
+        inner = said.values.get("reason", said)
+        assert isinstance(inner, Finding)
+        assert inner.values["height_mm"] == pytest.approx(90)
+        assert inner.values["high_mm"] == pytest.approx(40)
+
+
+def test_a_landmark_is_no_way_from_itself(cylinder: Mesh) -> None:
+    sure = replace(cylinder, sigma_mm=np.full(len(cylinder), 0.1, np.float32))
+    limb = aligned(sure, ("a", 50, 0, 40.0))
+    (length,) = measure_limb(limb, LimbMeasureOptions(lengths=(("a", "a"),))).lengths
+    assert length.along_axis.value == 0.0
+    for figure in (length.straight, length.over_surface):
+        assert (figure.value, figure.sigma) == (0.0, 0.0)
+
+
+def test_a_surface_that_no_photo_measured_is_not_known_exactly(cylinder: Mesh) -> None:
+    unknown = replace(cylinder, sigma_mm=np.full(len(cylinder), np.nan, np.float32))
+    options = LimbMeasureOptions(heights_mm=(60.0,), volumes_mm=((50, 150),), lengths=(("a", "b"),))
+    limb = aligned(unknown, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
+    table = measure_limb(limb, options)
+    figures = [*table.rows[0].figures.values(), table.volumes[0].volume_mm3]
+    figures += [table.lengths[0].straight, table.lengths[0].over_surface]
+    assert [one.sigma for one in figures if one is not None] == [None] * len(figures)

@@ -214,8 +214,31 @@ def test_the_map_is_drawn_on_the_surface_whose_wall_was_measured(
         return wall_map(shown, thickness)
 
     monkeypatch.setattr("limbgram.report.drawings.wall_thickness.wall_map", kept)
-    for inside, vertices in ((False, len(wall)), (True, len(mesh))):
+    for inside in (False, True):
         ask = MeasureRequest(heights_mm=(80,), inside=inside)
         measure(replace(cup(2.0), mesh=mesh), ask, MeasureFiles(walls=tmp_path / "walls.png"))
         shown, thickness = drawn.pop()
-        assert len(thickness.at_vertices_mm) == len(shown) == vertices
+        assert len(thickness.at_vertices_mm) == len(shown) == len(wall)
+
+
+def test_a_crumb_beside_a_wall_is_neither_measured_nor_drawn(tmp_path: Path) -> None:
+    plain = cup()
+    crumb = trimesh.creation.box((4.0, 4.0, 0.5))
+    mesh = Mesh(
+        vertices_mm=np.concatenate(
+            [crumb.vertices + np.array([90, 0, 50]), plain.mesh.vertices_mm]
+        ),
+        faces=np.concatenate([crumb.faces, plain.mesh.faces + len(crumb.vertices)]).astype(
+            np.int32
+        ),
+    )
+    limb = plain.with_mesh(mesh)
+    alone, beside = (measure_inside(one, OPTIONS).wall for one in (plain, limb))
+    assert alone is not None
+    assert beside is not None
+    assert beside.thinnest_mm == pytest.approx(alone.thinnest_mm)
+    for inside in (True, False):
+        picture = tmp_path / f"{inside}.png"
+        ask = MeasureRequest(heights_mm=(50.3,), inside=inside)
+        measure(limb, ask, MeasureFiles(walls=picture))
+        assert picture.read_bytes()[:4] == b"\x89PNG"

@@ -435,6 +435,31 @@ def test_two_limbs_are_no_rectification(bench) -> None:
     assert not any(one.code == "template.pair.unlike" for one in usual)
 
 
+def test_a_pair_that_does_not_meet_is_refused(bench) -> None:
+    """Told to lie as its files do, and half a metre apart."""
+    limb = bench.limb_of(bench.build())
+    done = bench.after(limb, bench.rectification(limb))
+    away = done.with_mesh(done.mesh.with_vertices(done.mesh.vertices_mm + np.array([500.0, 0, 0])))
+    pairs = [Pair(before=limb, after=done), Pair(before=limb, after=away)]
+    with pytest.raises(MeasureError) as refused:
+        learn(pairs, "two", AS_IS)
+    assert refused.value.finding.code == "compare.surface.no_counterpart"
+
+
+def test_a_crumb_below_the_limb_does_not_shift_a_template(bench, own) -> None:
+    limb = bench.limb_of(bench.build())
+    corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]]) - [1, 1, 40]
+    count = len(limb.mesh)
+    sides = count + np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    mesh = replace(
+        limb.mesh,
+        vertices_mm=np.concatenate([limb.mesh.vertices_mm, corners]),
+        faces=np.concatenate([limb.mesh.faces, sides]).astype(np.int32),
+    )
+    clean, beside = (apply_template(one, own).moved_mm for one in (limb, limb.with_mesh(mesh)))
+    np.testing.assert_allclose(beside[:count], clean, atol=1e-9)
+
+
 def test_by_default_a_pair_is_taken_as_it_lies(bench) -> None:
     """3 % of girth off the lower half: by shape the limb would slide and hide a part of it."""
     limb = bench.lying(bench.limb_of(bench.build()), 7)
