@@ -236,6 +236,20 @@ def test_two_sizes_are_refused_by_name(capture: Capture) -> None:
         calibrate_detections(replace(taken.photos, photos=tuple(photos)), taken.detections)
 
 
+def test_two_bodies_of_one_model_are_refused_by_name(capture: Capture) -> None:
+    """Their lenses differ, and the camera file would be kept as that of the first one."""
+    taken = capture()
+    photos = [
+        replace(one, exif=replace(one.exif, body="0a1b2c3d" if k % 2 else None))
+        for k, one in enumerate(taken.photos.photos)
+    ]
+    of_one = calibrate_detections(replace(taken.photos, photos=tuple(photos)), taken.detections)
+    assert len(of_one.photos) > 3
+    photos[4] = replace(photos[4], exif=replace(photos[4].exif, body="4e5f6071"))
+    with pytest.raises(CalibrationError, match=r"3 cameras.*photo04\.jpg"):
+        calibrate_detections(replace(taken.photos, photos=tuple(photos)), taken.detections)
+
+
 def test_a_board_never_found_is_told_with_the_first_reasons(capture: Capture) -> None:
     taken = capture()
     nothing = replace(
