@@ -159,10 +159,12 @@ class Coach:
         small, cameras, placing, detections = placed
         findings: list[Finding] = []
         try:
-            metric = to_millimetres(placing.scene, detections, (), cameras=cameras)
+            metric = to_millimetres(
+                placing.scene, detections, (), cameras=cameras, quarter_turns=small.quarter_turns
+            )
         except ScaleError as refusal:
             findings.append(refusal.finding)
-            metric = to_millimetres(placing.scene)
+            metric = to_millimetres(placing.scene, quarter_turns=small.quarter_turns)
         findings += tipped_board_finding(metric.scale)
         board_photos = None if detections is None else len(detections.photos)
         if board_photos is not None and board_photos < MIN_BOARD_PHOTOS and not findings:

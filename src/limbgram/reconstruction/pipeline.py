@@ -237,7 +237,15 @@ def _reconstructed(
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
         marks = run(find_marks, photos, dictionary, lenses, options.marks)
         distances = (*distances, *mark_distances(marks, capture.plates))
-    metric = run(to_millimetres, placing.scene, found, distances, options.scale, cameras)
+    metric = run(
+        to_millimetres,
+        placing.scene,
+        found,
+        distances,
+        options.scale,
+        cameras,
+        photos.quarter_turns,
+    )
     region = run(find_region, photos, metric, options.region)
     share = depth_share(photos, DenseOptions.most_px, run.memory_mb)
     cloud = _dense(photos, metric, region, placing.poses, share, run)
