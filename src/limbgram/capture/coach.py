@@ -37,6 +37,7 @@ from limbgram.capture.limb_in_photos import (
     InspectedPhoto,
     InspectionCache,
     inspect_limb,
+    known_by,
     limb_points,
 )
 from limbgram.capture.limb_motion import kept_still, limb_motion
@@ -128,7 +129,8 @@ class _VerifiedPair(NamedTuple):
 class Coach:
     """Checks a capture again and again while it grows, and keeps what it knows of each photo.
 
-    A photo is known by its content. A pair keeps the matches of when it was first compared.
+    A photo is known by its content and its mask. A pair keeps the matches of when it was first
+    compared.
     """
 
     def __init__(
@@ -159,10 +161,12 @@ class Coach:
         small, cameras, placing, detections = placed
         findings: list[Finding] = []
         try:
-            metric = to_millimetres(placing.scene, detections, (), cameras=cameras)
+            metric = to_millimetres(
+                placing.scene, detections, (), cameras=cameras, quarter_turns=small.quarter_turns
+            )
         except ScaleError as refusal:
             findings.append(refusal.finding)
-            metric = to_millimetres(placing.scene)
+            metric = to_millimetres(placing.scene, quarter_turns=small.quarter_turns)
         findings += tipped_board_finding(metric.scale)
         board_photos = None if detections is None else len(detections.photos)
         if board_photos is not None and board_photos < MIN_BOARD_PHOTOS and not findings:
@@ -217,11 +221,11 @@ class Coach:
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
         """Keypoints of all photos; only new photos are processed."""
-        new = tuple(one for one in small.photos if one.sha256 not in self._keypoints)
+        new = tuple(one for one in small.photos if known_by(one) not in self._keypoints)
         if new:
             found = run(detect, replace(small, photos=new), FEATURES)
-            self._keypoints |= {one.sha256: own for one, own in zip(new, found.keypoints)}
-        return Features(tuple(self._keypoints[one.sha256] for one in small.photos))
+            self._keypoints |= {known_by(one): own for one, own in zip(new, found.keypoints)}
+        return Features(tuple(self._keypoints[known_by(one)] for one in small.photos))
 
     def _forget_changed(self, small: PhotoSet, still: StaticBackground) -> None:
         """Drop what is known of pairs of photos in which other keypoints stand still than before.
@@ -230,9 +234,9 @@ class Coach:
         the keypoints that are left.
         """
         flags = still.keypoints or [
-            np.zeros(len(self._keypoints[one.sha256]), np.bool_) for one in small.photos
+            np.zeros(len(self._keypoints[known_by(one)]), np.bool_) for one in small.photos
         ]
-        now = {one.sha256: own for one, own in zip(small.photos, flags, strict=True)}
+        now = {known_by(one): own for one, own in zip(small.photos, flags, strict=True)}
         changed = {
             name
             for name, own in now.items()
@@ -258,7 +262,7 @@ class Coach:
         """
 
         def named(first: int, second: int) -> tuple[str, str]:
-            return small.photos[first].sha256, small.photos[second].sha256
+            return known_by(small.photos[first]), known_by(small.photos[second])
 
         candidates = run(pairs_worth_matching, small, features)
         new = tuple(c for c in candidates if named(c.first, c.second) not in self._matched)

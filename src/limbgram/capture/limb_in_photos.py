@@ -92,6 +92,11 @@ class InspectionCache:
     slopes: Slopes
 
 
+def known_by(small: Photo) -> str:
+    """Key of what is known of a photo: its content, and the mask of its reduced copy."""
+    return f"{small.sha256} {small.mask_path or ''}"
+
+
 def limb_points(metric: MetricScene) -> Int64[np.ndarray, " n"]:
     """Which scene points lie on the object that the cameras aim at, above the floor.
 
@@ -122,7 +127,7 @@ def inspect_limb(
     """Sharpness and exposure at full size where the limb lies, and how dense its texture is.
 
     Args:
-        known: What was seen earlier, by content; it is added to.
+        known: What was seen earlier, by `known_by`; it is added to.
     """
     scene = metric.scene
 
@@ -141,10 +146,16 @@ def inspect_limb(
             round(side * factor) for side in cv2.boundingRect(np.round(hull).astype(np.int32))
         )
         box = (max(left, 0), max(top, 0), left + width, top + height)
-        looked = known.get(photo.sha256)
+        key = known_by(small.photos[idx])
+        looked = known.get(key)
         if looked is None or not _nearly_same_box(looked.box, box):
-            looked = known[photo.sha256] = _at_full_size(photo, hull * factor, box)
-        seen = replace(looked.seen, path=photo.path, camera_idx=photo.camera_idx)
+            looked = known[key] = _at_full_size(photo, hull * factor, box)
+        seen = replace(
+            photo,
+            sharpness=looked.seen.sharpness,
+            burnt=looked.seen.burnt,
+            brightest=looked.seen.brightest,
+        )
         within = [
             cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0
             for x, y in features.keypoints[idx].xy_px

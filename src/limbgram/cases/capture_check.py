@@ -23,6 +23,7 @@ from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.masks import (
+    find_mask,
     held_upright,
     load_mask,
     no_mask_fits,
@@ -125,12 +126,20 @@ def _with_masks(photos: PhotoSet, masks: Path) -> PhotoSet:
 
 _Stamp = tuple[int, int]
 """Size and time of a file, which change when it is written again."""
-_CopyKey = tuple[str, int | None, Path | None]
+_PhotoStamp = tuple[_Stamp, _Stamp | None]
+"""Of a photo and of the mask that lies beside it."""
+_CopyKey = tuple[str, int | None, Path | None, _Stamp | None]
 
 
 def _copy_key(photo: Photo) -> _CopyKey:
     """Key of all that the reduced copy of a photo depends on."""
-    return photo.sha256, photo.bits, photo.mask_path
+    mask = photo.mask_path
+    return photo.sha256, photo.bits, mask, mask and stamp_of(mask)
+
+
+def _photo_stamp(photo: Path) -> _PhotoStamp:
+    mask = find_mask(photo)
+    return stamp_of(photo), mask and stamp_of(mask)
 
 
 class CaptureWatch:
@@ -147,7 +156,7 @@ class CaptureWatch:
         self._masks = masks
         self._coach = Coach(calibrations, board)
         self._scratch = tempfile.TemporaryDirectory(prefix="limbgram-watch-")
-        self._read_files: dict[Path, tuple[_Stamp, Photo | SetAside]] = {}
+        self._read_files: dict[Path, tuple[_PhotoStamp, Photo | SetAside]] = {}
         self._copies: dict[_CopyKey, Photo] = {}
 
     def __enter__(self) -> Self:
@@ -197,7 +206,7 @@ class CaptureWatch:
     def _read_again(self, sources: Sequence[Path], run: Run) -> PhotoSet:
         """As `read_photos`, but only files that are new or were written again are decoded."""
         found = candidates_in(sources)
-        stamps = {one.path: stamp_of(one.path) for one in found.photos}
+        stamps = {one.path: _photo_stamp(one.path) for one in found.photos}
         known = {file: own for file, own in self._read_files.items() if stamps.get(file) == own[0]}
         new = [file for file in stamps if file not in known]
 

@@ -10,7 +10,7 @@ own compression did. Its EXIF has the orientation; a video does not tell the cam
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -79,14 +79,26 @@ def with_frames(case: CaseFolder, sources: Sequence[Path], run: CachingRun) -> t
         PhotoError: a video cannot be used.
     """
     taken: list[Path] = []
-    called = names_apart([source for source in sources if is_video(source)])
+    folders = _folder_names([source for source in sources if is_video(source)])
     for source in sources:
-        if source in called:
-            folder = case.frames / _stem(source.with_name(called[source]))
-            taken.append(take_frames(source, folder, run).photos)
+        if source in folders:
+            taken.append(take_frames(source, case.frames / folders[source], run).photos)
         else:
             taken.append(source)
     return tuple(taken)
+
+
+def _folder_names(videos: Collection[Path]) -> dict[Path, str]:
+    """A name for each video's folder, numbered where two are alike once cut and without ending."""
+    found: dict[Path, str] = {}
+    for video, called in names_apart(videos).items():
+        stem, number = _stem(video.with_name(called)), 1
+        name = stem
+        while name.casefold() in {one.casefold() for one in found.values()}:
+            number += 1
+            name = f"{stem}-{number}"
+        found[video] = name
+    return found
 
 
 def take_frames(

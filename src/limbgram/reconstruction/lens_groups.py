@@ -94,10 +94,11 @@ def by_lens(
     if gap < np.log(_LEAST_TIMES) or gap < _CLEAR * spread:
         return None
     middles = [float(np.exp(np.median(part))) for part in (logs[:cut], logs[cut:])]
-    long = {int(placed[k]) for k in order[cut:]}
-    if len(long) * 2 > len(placed):  # most photos are those of the camera's first lens
-        middles, long = middles[::-1], {*range(count)} - long
-    told = tuple(replace(one, camera_idx=int(k in long)) for k, one in enumerate(photos.photos))
+    fewer = order[cut:]
+    if len(fewer) * 2 > len(placed):  # most photos are those of the camera's first lens
+        middles, fewer = middles[::-1], order[:cut]
+    second = {int(placed[k]) for k in fewer}  # of photos without a place nobody knows
+    told = tuple(replace(one, camera_idx=int(k in second)) for k, one in enumerate(photos.photos))
     groups = (group, replace(group, longer=middles[1] / middles[0]))
     lenses = tuple(_with_focal(guess, middle) for middle in middles)
     return ByLens(replace(photos, photos=told, cameras=groups), Cameras(lenses))

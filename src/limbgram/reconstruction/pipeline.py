@@ -6,7 +6,7 @@ Method  the stages, called through a Run; a Run that keeps products makes it res
 Fails   with the refusal of the stage that cannot go on.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -234,10 +234,17 @@ def _reconstructed(
     photos, cameras, placing, found = placed
     distances = capture.distances
     if capture.plates:
-        lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
-        marks = run(find_marks, photos, dictionary, lenses, options.marks)
-        distances = (*distances, *mark_distances(marks, capture.plates))
-    metric = run(to_millimetres, placing.scene, found, distances, options.scale, cameras)
+        seen = plate_distances(photos, cameras, capture.plates, options.marks, run)
+        distances = (*distances, *seen)
+    metric = run(
+        to_millimetres,
+        placing.scene,
+        found,
+        distances,
+        options.scale,
+        cameras,
+        photos.quarter_turns,
+    )
     region = run(find_region, photos, metric, options.region)
     share = depth_share(photos, DenseOptions.most_px, run.memory_mb)
     cloud = _dense(photos, metric, region, placing.poses, share, run)
@@ -274,6 +281,22 @@ def _reconstructed(
         still=placing.still,
         poses=placing.poses,
     )
+
+
+def plate_distances(
+    photos: PhotoSet,
+    cameras: Cameras,
+    plates: Sequence[MarkPlate],
+    options: MarkOptions,
+    run: Run,
+) -> tuple[KnownDistance, ...]:
+    """The known lengths of all plates, each with the marks of its own dictionary."""
+    lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
+    found: list[KnownDistance] = []
+    for dictionary in dict.fromkeys(one.dictionary for one in plates):
+        marks = run(find_marks, photos, dictionary, lenses, options)
+        found += mark_distances(marks, [one for one in plates if one.dictionary == dictionary])
+    return tuple(found)
 
 
 def _dense(

@@ -1,5 +1,6 @@
 """Gaps in a walk: whole walks are never held back, missing sides are asked for. And the limb."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -8,13 +9,14 @@ import pytest
 from PIL import Image
 
 from limbgram.capture.answer import CheckedPhoto
-from limbgram.capture.coach import tipped_board_finding
-from limbgram.capture.limb_in_photos import inspect_limb, limb_points
+from limbgram.capture.coach import Coach, tipped_board_finding
+from limbgram.capture.limb_in_photos import InspectionCache, inspect_limb, limb_points
 from limbgram.capture.limb_motion import limb_motion
 from limbgram.capture.photos_to_add import photos_for_gaps
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
+from limbgram.core.run import Run
 from limbgram.findings import Finding, Gravity, doubt
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.region import find_region
@@ -241,3 +243,28 @@ def test_exposure_is_judged_on_the_limb_and_not_on_what_its_outline_spans(
     metric = MetricScene(scene=scene, scale=scale)
     looked = inspect_limb(photos, photos, detect(photos), metric, limb, {})
     assert looked[0].photo.burnt == pytest.approx(burnt_px**2 / shown.sum(), abs=0.02)
+    known: dict[str, InspectionCache] = {}
+    inspect_limb(photos, photos, detect(photos), metric, limb, known)
+    called = replace(
+        photos, photos=tuple(replace(one, name=f"left_{one.name}") for one in photos.photos)
+    )
+    looked = inspect_limb(called, called, detect(called), metric, limb, known)
+    assert tuple(one.photo.name for one in looked) == called.names
+
+
+def test_a_photo_that_gets_a_mask_is_looked_at_anew(tmp_path: Path) -> None:
+    draw = np.random.default_rng(7)
+    for name in ("a.jpg", "b.jpg"):
+        coarse = Image.fromarray(draw.integers(0, 256, (50, 60), dtype=np.uint8))
+        coarse.resize((600, 500)).save(tmp_path / name)
+    bare = read_photos([tmp_path])
+    left = np.zeros((500, 600), np.uint8)
+    left[:, :300] = 255
+    Image.fromarray(left).save(tmp_path / "a.png")
+    masked = read_photos([tmp_path])
+    coach = Coach((), None)
+    before, after = (coach._features(photos, Run()).keypoints for photos in (bare, masked))
+    assert before[0].xy_px[:, 0].max() > 400
+    assert len(after[0]) > 0
+    assert after[0].xy_px[:, 0].max() < 300
+    assert after[1] is before[1]

@@ -103,6 +103,29 @@ def test_a_case_takes_photos_and_videos(video: Path, tmp_path: Path) -> None:
     assert not case.stages.exists()
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("walk.avi", "walk.mov"),
+        ("the walk.avi", "the_walk.avi"),
+        ("WhatsApp Video 2026-11-30 at 10.15.30 AM (1).avi",
+         "WhatsApp Video 2026-11-30 at 10.15.30 AM (2).avi"),
+    ],
+)  # fmt: skip
+def test_videos_of_like_names_keep_their_frames_apart(
+    video: Path, tmp_path: Path, names: tuple[str, str]
+) -> None:
+    case = CaseFolder(tmp_path / "case")
+    case.root.mkdir()
+    films = [tmp_path / "films" / name for name in names]
+    films[0].parent.mkdir()
+    for number, film in enumerate(films):
+        film.write_bytes(video.read_bytes() + bytes(number))
+    folders = with_frames(case, films, CachingRun(case=case))
+    assert len({*folders}) == 2
+    assert all(len(list(folder.iterdir())) > 20 for folder in folders)
+
+
 def test_the_command_tells_how_many(video: Path, tmp_path: Path) -> None:
     words = ["frames", str(video), "-o", str(tmp_path / "out"), "--count", "6", "--json"]
     answer = CliRunner().invoke(app, words)

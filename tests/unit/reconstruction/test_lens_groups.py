@@ -103,13 +103,18 @@ def taken(cameras: Sequence[Camera], sizes: Sequence[CameraGroup]) -> Taken:
     return Taken(photos, features, matches)
 
 
-def parted(long: set[int]) -> ByLens | None:
-    """What is told of photos round a limb, those in `long` by a lens twice as long."""
+def parted(long: set[int], bare: frozenset[int] = frozenset()) -> ByLens | None:
+    """What is told of photos round a limb, those in `long` by a lens twice as long.
+
+    Args:
+        bare: Photos that share nothing with the others.
+    """
     lens = LENS.with_parameters(LENS.packed * ([LONGER, LONGER] + (LENS_SIZE - 2) * [1.0]))
     one = taken([lens if k in long else LENS for k in range(PHOTOS)], [WHOLE])
     cameras = Cameras((from_exif(WHOLE),))
     assert not lens_is_told(one.photos, cameras)
-    verified = verify(one.photos, one.matches, cameras)
+    shared = tuple(pair for pair in one.matches.pairs if not bare & {*pair.photos})
+    verified = verify(one.photos, replace(one.matches, pairs=shared), cameras)
     return by_lens(one.photos, one.features, verified, cameras, MappingOptions())
 
 
@@ -125,6 +130,13 @@ def test_two_lenses_are_told_by_the_photos(long: set[int]) -> None:
     assert longer == pytest.approx(times, rel=0.03)
     first, second = (one.camera for one in found.cameras.calibrations)
     assert second.fx / first.fx == pytest.approx(times, rel=0.03)
+
+
+def test_a_photo_without_a_place_is_not_said_to_be_of_the_rarer_lens() -> None:
+    few = {5, 9, 13}
+    found = parted({*range(PHOTOS)} - few, frozenset({12}))
+    assert found is not None
+    assert {k for k, one in enumerate(found.photos.photos) if one.camera_idx == 1} == few
 
 
 def test_one_lens_stays_one() -> None:

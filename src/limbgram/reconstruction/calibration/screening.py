@@ -32,6 +32,8 @@ SKEW = PARAMETERS.index("skew")
 K3 = PARAMETERS.index("k3")
 _LENIENT_PX = 0.05
 """Residual below which no photo or corner is left out, however good the others are."""
+_FEWEST_CORNERS = 4
+"""Corners that hold the pose of a photo."""
 
 
 @dataclass(frozen=True)
@@ -77,19 +79,12 @@ def screen(
         worst, limit = int(rms_px.argmax()), photo_factor * float(np.median(rms_px))
         if rms_px[worst] <= max(limit, _LENIENT_PX):
             break
-        set_aside.append(
-            SetAside(
-                observations[worst].name,
-                doubt(
-                    "lens.photo.off",
-                    rms_px=float(rms_px[worst]),
-                    others_px=float(np.median(rms_px)),
-                ),
-            )
-        )
+        set_aside.append(_fits_badly(observations[worst].name, rms_px, worst))
         observations = observations[:worst] + observations[worst + 1 :]
         solution = _start(observations, board_mm, size_px, free)
-    return _without_bad_corners(observations, board_mm, solution, tuple(set_aside), corner_sigmas)
+    return _without_bad_corners(
+        observations, board_mm, solution, tuple(set_aside), corner_sigmas, min_photos
+    )
 
 
 def readjust(screened: Screened, board_mm: Points3, free: Bool[np.ndarray, " shared"]) -> Solution:
@@ -104,7 +99,13 @@ def _without_bad_corners(
     solution: Solution,
     set_aside: tuple[SetAside, ...],
     corner_sigmas: float,
+    min_photos: int,
 ) -> Screened:
+    """Without bad corners, and without photos of which too few others are left.
+
+    Raises:
+        CalibrationError: too few photos are left.
+    """
     dropped = {one.name: 0 for one in observations}
     for _ in range(3):
         off_px = [np.linalg.norm(residual, axis=1) for residual in solution.residuals_px]
@@ -115,9 +116,25 @@ def _without_bad_corners(
             break
         for one, keep in zip(observations, keeps):
             dropped[one.name] += int((~keep).sum())
-        observations = tuple(one.only(keep) for one, keep in zip(observations, keeps))
-        solution = adjust(observations, board_mm, solution.shared, solution.poses, solution.free)
+        kept = [one.only(keep) for one, keep in zip(observations, keeps)]
+        held = [k for k, one in enumerate(kept) if len(one.ids) >= _FEWEST_CORNERS]
+        if len(held) < min_photos:
+            raise CalibrationError("lens.contradiction", rms_px=float(solution.rms_px))
+        rms_px = np.array([_rms(residual) for residual in solution.residuals_px])
+        set_aside += tuple(
+            _fits_badly(one.name, rms_px, k) for k, one in enumerate(kept) if k not in held
+        )
+        observations = tuple(kept[k] for k in held)
+        poses = tuple(solution.poses[k] for k in held)
+        solution = adjust(observations, board_mm, solution.shared, poses, solution.free)
     return Screened(observations, solution, set_aside, dropped)
+
+
+def _fits_badly(name: str, rms_px: Float64[np.ndarray, " photos"], photo: int) -> SetAside:
+    """One of the photos, with its RMS beside that of the others."""
+    others_px = float(np.median(rms_px))
+    off = doubt("lens.photo.off", rms_px=float(rms_px[photo]), others_px=others_px)
+    return SetAside(name, off)
 
 
 def _start(

@@ -181,12 +181,17 @@ def refuse_few(detections: BoardDetections, min_photos: int) -> None:
 
 
 def refuse_mixed(photos: tuple[Photo, ...]) -> None:
-    """Refuse photos of several sizes, cameras or zoom settings, with names."""
+    """Refuse photos of several sizes, cameras or zoom settings, with names.
+
+    Two bodies of one model are two cameras; a file that names no body may be of either.
+    """
+    several = len({photo.exif.body for photo in photos} - {None}) > 1
     groups: dict[tuple[str | float | None, ...], list[Photo]] = {}
     for photo in photos:
         exif = photo.exif
         zooms = exif.focal_mm, exif.focal_35mm, exif.digital_zoom
-        key = photo.width_px, photo.height_px, label_of(exif), *zooms
+        body = exif.body if several else None
+        key = photo.width_px, photo.height_px, label_of(exif), body, *zooms
         groups.setdefault(key, []).append(photo)
     if len(groups) > 1:
         told = tuple(map(_group, groups.values()))

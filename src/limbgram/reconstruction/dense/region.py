@@ -272,14 +272,14 @@ class MaskedView:
 
 
 def masked_views(photos: PhotoSet, scene: Scene) -> tuple[MaskedView, ...]:
-    """The placed photos that have a mask."""
+    """The placed photos that have a mask, or were cut out."""
     return tuple(_masked_views(photos, scene))
 
 
 def _masked_views(photos: PhotoSet, scene: Scene) -> Iterator[MaskedView]:
     for photo_idx in track(scene.placed):
         photo = photos.photos[photo_idx]
-        mask = load_mask(photo) if photo.mask_path is not None else None
+        mask = load_mask(photo)
         if mask is not None:
             view = scene.view(photo_idx)
             camera = view.camera.scaled(1 / _REDUCTION)

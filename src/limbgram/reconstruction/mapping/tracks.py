@@ -216,7 +216,7 @@ def _triangulated(
     place = np.full(len(scene.names), -1, np.int32)
     place[list(scene.placed)] = np.arange(len(scene.placed))
     view_idx, xy_px = place[keypoints.photo_idx[members]], keypoints.xy_px[members]
-    found = triangulate(scene.views, view_idx, point_idx, xy_px, int(point_idx.max()) + 1)
+    found = triangulate(scene.views, view_idx, point_idx, xy_px, int(point_idx.max(initial=-1)) + 1)
     good = found.rms_px < largest_px
     keep = good[point_idx]
     number = (np.cumsum(good) - 1).astype(np.int32)

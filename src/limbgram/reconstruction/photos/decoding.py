@@ -281,12 +281,12 @@ def in_flight_mb(
 
 def decoding_fault(path: Path, error: BaseException) -> Finding:
     """Why a file could not be decoded."""
+    if isinstance(error, PermissionError):
+        return fault("photo.file.forbidden")
     if path.suffix.lower() in RAW_SUFFIXES and isinstance(error, OSError | SyntaxError):
         return BAD_RAW if HAS_RAW else NO_RAW
     if isinstance(error, Image.DecompressionBombError):
         return fault("photo.file.bomb", most_megapixels=MEGAPIXELS_DECODER)
-    if isinstance(error, PermissionError):
-        return fault("photo.file.forbidden")
     if isinstance(error, UnidentifiedImageError):
         if not HAS_HEIF and (path.suffix.lower() in HEIF_SUFFIXES or is_heif(path)):
             return NO_HEIF

@@ -9,7 +9,7 @@ Photos whose files tell no camera are taken to be of one.
 from collections.abc import Iterator
 
 from limbgram.findings import Finding, note
-from limbgram.reconstruction.photos.photo import CameraGroup, PhotoSet, first_of
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, first_of
 
 _ROUNDED_PX = 1.0
 """A reduced picture has whole pixels."""
@@ -59,13 +59,13 @@ def _largest(photos: PhotoSet, groups: list[int]) -> int:
 
 def same_lens(one: CameraGroup, other: CameraGroup) -> bool:
     """Whether the files of two groups state the same camera and lens."""
+    return stated_lens(one.exif) == stated_lens(other.exif)
 
-    def described(group: CameraGroup) -> tuple[object, ...]:
-        exif = group.exif
-        lens = (exif.lens, exif.focal_mm, exif.focal_35mm, exif.digital_zoom)
-        return (exif.make, exif.model, exif.body, *lens)
 
-    return described(one) == described(other)
+def stated_lens(exif: Exif) -> tuple[str | float | None, ...]:
+    """What a file states of camera, lens and zoom."""
+    lens = (exif.lens, exif.focal_mm, exif.focal_35mm, exif.digital_zoom)
+    return (exif.make, exif.model, exif.body, *lens)
 
 
 def _has_room_for(whole: CameraGroup, part: CameraGroup) -> bool:

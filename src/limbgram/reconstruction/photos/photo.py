@@ -37,6 +37,11 @@ class Exif:
     """Clockwise quarter turns that show the stored pixels upright."""
     mirrored: bool = False
 
+    @property
+    def turns_of_up(self) -> int:
+        """Clockwise quarter turns that bring up to the top; a swap before them reverses them."""
+        return -self.quarter_turns % 4 if self.mirrored else self.quarter_turns
+
 
 @dataclass(frozen=True, kw_only=True)
 class Photo:
@@ -143,3 +148,8 @@ class PhotoSet:
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(photo.name for photo in self.photos)
+
+    @property
+    def quarter_turns(self) -> tuple[int, ...]:
+        """Of each photo, as `Exif.turns_of_up`."""
+        return tuple(photo.exif.turns_of_up for photo in self.photos)

@@ -27,7 +27,7 @@ from limbgram.core.errors import printable
 from limbgram.core.geometry.arrays import GreyImage, Mask
 from limbgram.findings import Finding, Value, doubt, fault, note
 from limbgram.reconstruction.photos.heif import HEIF_BRANDS, HEIF_SUFFIXES
-from limbgram.reconstruction.photos.lenses import same_lens
+from limbgram.reconstruction.photos.lenses import same_lens, stated_lens
 from limbgram.reconstruction.photos.photo import CameraGroup, Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES, TIFF_MAGIC
 
@@ -129,11 +129,13 @@ def _other_camera_finding(photos: PhotoSet, idx: int, most: int, others: int) ->
 
 
 def _lens_remarks(photos: PhotoSet) -> Iterator[Remark]:
-    """Remarks on photos whose files state another lens, zoom or focus than nearly all others."""
+    """Remarks on photos whose files state another lens or zoom than nearly all, or another focus.
+
+    Focus is compared among photos of one lens: another one is calibrated by itself.
+    """
     counts = np.bincount([photo.camera_idx for photo in photos.photos])
     most = int(np.argmax(counts))
-    near = [photo.exif.subject_m for photo in photos.photos if photo.exif.subject_m is not None]
-    usual_m = float(np.median(near)) if near else float("nan")
+    usual = _usual_focus_m(photos)
     for photo in photos.photos:
         idx, exif = photo.camera_idx, photo.exif
         few = idx != most and counts[idx] <= _MAX_OTHER_CAMERA_SHARE * len(photos.photos)
@@ -141,7 +143,7 @@ def _lens_remarks(photos: PhotoSet) -> Iterator[Remark]:
             yield Remark(photo.name, _other_camera_finding(photos, idx, most, int(counts[most])))
         elif exif.focal_mm is not None and exif.subject_m is not None:
             # By the thin lens equation the principal distance is f D / (D - f).
-            focal_m = exif.focal_mm / 1000
+            focal_m, usual_m = exif.focal_mm / 1000, usual[stated_lens(exif)]
             longer = _relative_extension(focal_m, exif.subject_m) - _relative_extension(
                 focal_m, usual_m
             )
@@ -154,6 +156,15 @@ def _lens_remarks(photos: PhotoSet) -> Iterator[Remark]:
                     longer=longer > 0,
                 )
                 yield Remark(photo.name, refocused)
+
+
+def _usual_focus_m(photos: PhotoSet) -> dict[tuple[str | float | None, ...], float]:
+    """By lens, the middle one of the distances at which its photos say that it was focused."""
+    stated: dict[tuple[str | float | None, ...], list[float]] = {}
+    for photo in photos.photos:
+        if photo.exif.subject_m is not None:
+            stated.setdefault(stated_lens(photo.exif), []).append(photo.exif.subject_m)
+    return {lens: float(np.median(distances)) for lens, distances in stated.items()}
 
 
 def _only_resized(one: CameraGroup, other: CameraGroup) -> bool:

@@ -273,7 +273,8 @@ class _Segment:
 def _segments(way: Float64[np.ndarray, " frames"], count: int) -> tuple[np.ndarray, list[int]]:
     """The segment of the way in which each frame lies, and the frames to be measured."""
     step = way[-1] / count
-    segment_of = np.minimum((way / step).astype(int), count - 1)
+    # A frame for which the camera went back a little belongs to the segment that it had reached.
+    segment_of = np.maximum.accumulate(np.minimum((way / step).astype(int), count - 1))
     measured: list[int] = []
     for segment in range(count):
         off_middle = np.abs(way / step - segment - 0.5)

@@ -133,20 +133,40 @@ _AGREEING = 0.5
 """Length of the mean of unit vectors above which they count as one direction."""
 
 
-def common_up(views: Sequence[View], aim: Aim) -> Vector3:
+_UP = np.array([[0.0, -1.0], [-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
+"""Direction in the stored picture that is up, by the clockwise quarter turns that show it
+upright."""
+
+
+def common_up(views: Sequence[View], aim: Aim, quarter_turns: Sequence[int] = ()) -> Vector3:
     """Up in the photos where they agree; otherwise the axis that the cameras go round.
 
-    A ring of photos taken with the camera turned on its side has no common up in the pictures:
-    then it is the normal of the cameras' plane, on the side where the cameras look down from.
+    A ring of photos taken with the camera turned on its side has no common up in the stored
+    pictures: then it is the normal of the cameras' plane, on the side that is up as they were held;
+    where that is not known, on the side where the cameras look down from.
+
+    Args:
+        quarter_turns: By view, the clockwise quarter turns that show its picture upright; none: all
+            are stored so.
     """
-    ups = np.array([-view.camera_from_world.rotation[1] for view in views])
-    mean = ups.mean(0)
-    if np.linalg.norm(mean) > _AGREEING:
-        return mean / np.linalg.norm(mean)
+    stored = _mean_up(views, [0] * len(views))
+    held = _mean_up(views, quarter_turns) if quarter_turns else stored
+    agrees = bool(np.linalg.norm(held) > _AGREEING)
+    if agrees and np.linalg.norm(stored) > _AGREEING:
+        return held / np.linalg.norm(held)
     centres = np.array([view.centre_in_world for view in views])
     normal = np.linalg.svd(centres - centres.mean(0))[2][2]
-    above = float(normal @ (centres.mean(0) - aim.point))
-    return normal if above >= 0 else -normal
+    side = held if agrees else centres.mean(0) - aim.point
+    return normal if float(normal @ side) >= 0 else -normal
+
+
+def _mean_up(views: Sequence[View], quarter_turns: Sequence[int]) -> Vector3:
+    """Mean of the directions that are up in the pictures, in the world."""
+    ups = [
+        _UP[turns] @ view.camera_from_world.rotation[:2]
+        for view, turns in zip(views, quarter_turns, strict=True)
+    ]
+    return np.mean(ups, axis=0)
 
 
 def rotation_to_z(up: Vector3) -> Matrix3:

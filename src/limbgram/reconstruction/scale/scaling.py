@@ -185,6 +185,7 @@ def to_millimetres(
     distances: Sequence[KnownDistance] = (),
     options: ScaleOptions = DEFAULTS,
     cameras: Cameras | None = None,
+    quarter_turns: Sequence[int] = (),
 ) -> MetricScene:
     """Scale and turn a scene so that one unit is one millimetre and +Z is up.
 
@@ -192,9 +193,13 @@ def to_millimetres(
     more adjustment of the scene. Without them the scene keeps its form.
     With a board the origin is its centre, x runs along its columns and z = 0 is the floor.
     Otherwise the origin is the object's centre, and the floor is known where points show it.
+
+    Args:
+        quarter_turns: By photo, as `PhotoSet.quarter_turns` has them: where no floor is known, +Z
+            is up as the photos were held. None: all are stored upright.
     """
     try:
-        return _scaled(scene, detections, distances, options, cameras)
+        return _scaled(scene, detections, distances, options, cameras, quarter_turns)
     except ScaleError as refusal:
         if detections is None or cameras is None:
             raise
@@ -210,6 +215,7 @@ def _scaled(
     distances: Sequence[KnownDistance],
     options: ScaleOptions,
     cameras: Cameras | None,
+    quarter_turns: Sequence[int],
 ) -> MetricScene:
     pushed: tuple[SetAside, ...] = ()
     told_apart = scene.movement is not None and scene.movement.moved  # and so were the corners
@@ -222,6 +228,7 @@ def _scaled(
         scene = adjusted_with_board(scene, scene_board, detections, cameras)
         scene_board = find_scene_board(scene, detections)
     aim = aim_of(scene.views, scene.points_in_world)
+    turns = [quarter_turns[k] for k in scene.placed] if quarter_turns else []
     rulers = [] if scene_board is None else [scene_board.ruler]
     if distances:
         typed = measure_distances(
@@ -229,7 +236,7 @@ def _scaled(
         )
         rulers.append(typed)
     if not rulers:
-        return _unitless(scene, aim, options)
+        return _unitless(scene, aim, turns, options)
     scale = _scale(rulers, "distances" if scene_board is None else "board", scene)
     scale = replace(scale, stretch_doubt=_stretch_doubt(scene, cameras))
     if scene_board is not None:
@@ -247,7 +254,7 @@ def _scaled(
     if scene_board is not None:
         metric = _on_board(scene, aim, scene_board, mm_per_unit, scale)
         return _with_sensitivity(metric, scene_board, detections)
-    return _on_floor(scene, aim, mm_per_unit, scale, options.seed)
+    return _on_floor(scene, aim, turns, mm_per_unit, scale, options.seed)
 
 
 def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"], scene: Scene) -> Scale:
@@ -308,19 +315,21 @@ def _on_board(
     )
 
 
-def _on_floor(scene: Scene, aim: Aim, mm_per_unit: float, scale: Scale, seed: int) -> MetricScene:
+def _on_floor(
+    scene: Scene, aim: Aim, turns: Sequence[int], mm_per_unit: float, scale: Scale, seed: int
+) -> MetricScene:
     """The scene with +Z up by the floor's plane, or by how the photos were held."""
     floor = find_floor(scene.views, scene.points_in_world, aim, seed)
-    up = common_up(scene.views, aim) if floor is None else floor.normal
+    up = common_up(scene.views, aim, turns) if floor is None else floor.normal
     origin = centre_of_object(scene.points_in_world, aim)
     moved = scene.moved(_similarity_to(origin, rotation_to_z(up), mm_per_unit))
     height = None if floor is None else -float(floor.above(origin[None])[0]) * mm_per_unit
     return MetricScene(scene=moved, scale=scale, floor_z_mm=height)
 
 
-def _unitless(scene: Scene, aim: Aim, options: ScaleOptions) -> MetricScene:
+def _unitless(scene: Scene, aim: Aim, turns: Sequence[int], options: ScaleOptions) -> MetricScene:
     scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
-    return _on_floor(scene, aim, _UNITLESS_DISTANCE / aim.distance, scale, options.seed)
+    return _on_floor(scene, aim, turns, _UNITLESS_DISTANCE / aim.distance, scale, options.seed)
 
 
 def _similarity_to(origin: Vector3, axes: Matrix3, scale: float) -> Similarity:

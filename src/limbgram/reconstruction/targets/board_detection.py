@@ -462,4 +462,4 @@ def _why_no_checkerboard(luma: GreyImage, board: Board) -> Finding:
 
 def _most_common(doubts: np.ndarray) -> Finding:
     codes = [str(code) for code in doubts]
-    return Finding(max(set(codes), key=codes.count) if codes else "board.corner.few_found")
+    return Finding(max(codes, key=codes.count) if codes else "board.corner.few_found")

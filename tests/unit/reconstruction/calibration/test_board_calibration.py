@@ -236,6 +236,43 @@ def test_two_sizes_are_refused_by_name(capture: Capture) -> None:
         calibrate_detections(replace(taken.photos, photos=tuple(photos)), taken.detections)
 
 
+@pytest.mark.parametrize(("photos", "poor"), [(3, (1,)), (11, (0, 2, 4, 6, 8, 10))])
+def test_a_photo_that_loses_nearly_all_corners_is_set_aside_or_the_photos_are_refused(
+    capture: Capture, photos: int, poor: tuple[int, ...]
+) -> None:
+    """Cut off and shaken, it shows eight corners that are twenty times as far off as the others."""
+    taken = capture(photos=photos, noise_px=0.02)
+    draw = np.random.default_rng(8)
+    shown = list(taken.detections.photos)
+    for k in poor:
+        few = only(shown[k], np.isin(np.arange(len(shown[k].ids)), [0, 2, 5, 8, 28, 40, 54, 58]))
+        shown[k] = replace(few, xy_px=few.xy_px + draw.normal(0.0, 0.4, few.xy_px.shape))
+    detections = replace(taken.detections, photos=tuple(shown))
+    if photos == 3:
+        with pytest.raises(CalibrationError, match="explains these photos"):
+            calibrate_detections(taken.photos, detections)
+    else:
+        result = calibrate_detections(taken.photos, detections)
+        aside = {one.name for one in result.set_aside}
+        assert aside
+        assert aside <= {shown[k].name for k in poor}
+        assert all(len(one.ids) >= 4 for one in result.photos)
+
+
+def test_two_bodies_of_one_model_are_refused_by_name(capture: Capture) -> None:
+    """Their lenses differ, and the camera file would be kept as that of the first one."""
+    taken = capture()
+    photos = [
+        replace(one, exif=replace(one.exif, body="0a1b2c3d" if k % 2 else None))
+        for k, one in enumerate(taken.photos.photos)
+    ]
+    of_one = calibrate_detections(replace(taken.photos, photos=tuple(photos)), taken.detections)
+    assert len(of_one.photos) > 3
+    photos[4] = replace(photos[4], exif=replace(photos[4].exif, body="4e5f6071"))
+    with pytest.raises(CalibrationError, match=r"3 cameras.*photo04\.jpg"):
+        calibrate_detections(replace(taken.photos, photos=tuple(photos)), taken.detections)
+
+
 def test_a_board_never_found_is_told_with_the_first_reasons(capture: Capture) -> None:
     taken = capture()
     nothing = replace(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from limbgram.reconstruction.mapping.body_motion import connected_photos
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.tracks import (
     significant_pairs,
@@ -91,6 +92,19 @@ def test_tracks_are_what_true_matches_join(make_scene: MakeScene, make_pair: Mak
     assert any(len(group) > 2 and (1, len(point_of[1]) - 1) in group for group in groups)
     for place in found.points_in_world:
         assert np.linalg.norm(scene.points_in_world - place, axis=1).min() < 1e-5
+
+
+def test_wrong_matches_alone_make_no_point(make_scene: MakeScene, make_pair: MakePair) -> None:
+    """Before a plain backdrop one wrong match may be all that there is beside the limb."""
+    scene = make_scene(photos=6, points=40, share=0.7)
+    seen = scene.observations
+    places = [seen.xy_px[seen.photo_idx == k] for k in range(6)]
+    far = np.abs(places[1][:, 1] - places[0][0, 1])  # epipolar lines are level
+    wrong = make_pair(0, 1, np.array([(0, int(far.argmax()))]))
+    assert far.max() > 40
+    found = with_all_tracks(scene, places, Pairs((wrong,), ()), 0.5)
+    assert (len(found.points_in_world), len(found.observations.xy_px)) == (0, 0)
+    assert connected_photos(found) == ()
 
 
 @pytest.mark.parametrize("largest_px", [0.5, 2.0])

@@ -227,6 +227,26 @@ def test_a_lens_that_was_focused_anew_is_three_thousandths_longer(longer: float,
     assert len(remarks(PhotoSet(tuple(photos), (group,)))) == said
 
 
+def test_cameras_that_are_focused_differently_are_not_said_to_have_refocused() -> None:
+    """Each of two cameras keeps its own focus, and its lens is solved for by itself."""
+    groups = tuple(
+        CameraGroup(label=label, width_px=400, height_px=300, exif=Exif()) for label in ("A", "B")
+    )
+    distances = [0.5, 0.9] * 5
+    photos = [
+        replace(
+            photo(f"{k}", 1.0),
+            camera_idx=k % 2,
+            exif=Exif(model="AB"[k % 2], focal_mm=50.0, subject_m=metres),
+        )
+        for k, metres in enumerate(distances)
+    ]
+    assert remarks(PhotoSet(tuple(photos), groups)) == ()
+    photos[2] = replace(photos[2], exif=replace(photos[2].exif, subject_m=0.9))
+    (odd,) = remarks(PhotoSet(tuple(photos), groups))
+    assert (odd.name, odd.finding.values["usual_m"]) == ("2", 0.5)
+
+
 def test_five_files_that_are_no_pictures_are_named_and_more_are_counted(tmp_path: Path) -> None:
     for count, told_of in ((5, 5), (6, 1)):
         files = [tmp_path / f"{k}.txt" for k in range(count)]

@@ -132,3 +132,7 @@ def write_dng(path: Path, scene: ColourImage, orientation: int = 1) -> Path:
 
 def _number(value: int) -> bytes:
     return struct.pack("<I", value)
+
+
+def test_a_raw_file_that_may_not_be_read_is_not_called_broken() -> None:
+    assert decoding.decoding_fault(Path("1.nef"), PermissionError()).code == "photo.file.forbidden"

@@ -19,6 +19,7 @@ from limbgram.reconstruction.photos.video import (
     FrameChoice,
     FrameOptions,
     FrameVerdict,
+    Survey,
     choose_frames,
     open_video,
     survey,
@@ -122,6 +123,17 @@ def test_no_part_goes_empty_where_the_camera_hurries(tmp_path: Path) -> None:
     choice, _ = chosen(made.path, FrameOptions(count=40))
     hurried = [frame.number for frame in choice.taken if 60 <= frame.number < 72]
     assert len(hurried) >= 11  # each frame is more than a part further than the one before
+
+
+def test_a_camera_that_goes_back_a_little_gives_no_part_two_frames(tmp_path: Path) -> None:
+    """A step back to the middle of a part that has given its frame."""
+    way = np.array([0.0, 0.1, 0.125, 0.2, 0.3, 0.26, 0.13, 0.12, 0.26, 0.375, 0.5, 0.625, 0.8, 1.0])
+    made = film(tmp_path / "walk.avi", [4.0] * len(way))
+    choice = choose_frames(
+        Survey(open_video(made.path), way), lambda _verdict, _frame: None, FrameOptions(count=4)
+    )
+    parts = np.array([frame.way for frame in choice.taken]) / 0.25
+    assert parts.astype(int).tolist() == [0, 1, 2, 3]
 
 
 def test_the_pixels_are_those_of_the_frame(tmp_path: Path) -> None:

@@ -40,7 +40,10 @@ class FromTheCloud(Run):
                 return self._measured(args[2])
             case _:
                 return SimpleNamespace(
-                    scene=SimpleNamespace(views=()), floor_z_mm=None, set_aside=()
+                    scene=SimpleNamespace(views=()),
+                    floor_z_mm=None,
+                    set_aside=(),
+                    quarter_turns=(),
                 )
 
     def _measured(self, mesh: Mesh) -> Mesh:

@@ -13,7 +13,11 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
 from limbgram.reconstruction.targets.board import Board, PhotoCorners
-from limbgram.reconstruction.targets.board_detection import find_board, find_in_photo
+from limbgram.reconstruction.targets.board_detection import (
+    _most_common,
+    find_board,
+    find_in_photo,
+)
 
 CHECKERBOARD = Board.checkerboard("8x5", 10.0)
 CHARUCO = Board.charuco("7x5", 12.0, 9.0, "apriltag_16h5")
@@ -231,3 +235,11 @@ def test_burnt_photos_are_blamed_and_not_the_board_whose_markers_they_thin(
         cause = find_board(seen, given).cause
         assert cause is not None
         assert cause.code == said
+
+
+@pytest.mark.parametrize("codes", [("a", "b"), ("b", "a"), ("c", "b", "a"), ("a", "c", "b")])
+def test_of_equally_frequent_doubts_the_first_is_told(codes: tuple[str, ...]) -> None:
+    """Whatever the hashes of strings are, which change from run to run."""
+    assert _most_common(np.array([f"board.corner.{one}" for one in codes], object)).code == (
+        f"board.corner.{codes[0]}"
+    )
