@@ -132,7 +132,7 @@ class Mesh:
         ),
     )
     """Anisotropy of `lost_length`: an axis across the lost relief, of either sign. A line at the
-    angle t to it lacks |lost_across| cos 2t more than the mean."""
+    angle t to it lacks cos 2t times its length more than the mean."""
     repairs: Repairs | None = None
 
     __repr__ = brief
