@@ -1042,11 +1042,11 @@ def trimline_dragged_cut_and_undone(app: App, case_id: str) -> None:
     assert cut["do"] == "trimline"
     assert len(cut["through"]) > 6  # between far points others of the line that was drawn
     page.get_by_label("Colours show the difference from").select_option("2")
-    page.get_by_role("heading", name="Against the shape before edit 2").wait_for()
+    page.get_by_text("Against the shape before edit 2").wait_for()
     no_serious_fault(app)
     page.get_by_role("button", name="Undo").click()
     page.locator(".edits .ed").nth(1).wait_for(state="detached")
-    page.get_by_role("heading", name="Against the scan").wait_for()
+    page.get_by_text("Against the scan").wait_for()
 
 
 def compared_with_an_earlier_state(app: App) -> None:
