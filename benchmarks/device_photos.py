@@ -25,7 +25,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from devices import sliced
+from devices import sliced, slicer
 from harness import asking, machine, made_on, table, write
 from intervals import names_placed, truth_of
 from limbgram.core.errors import LimbgramError
@@ -131,9 +131,9 @@ def main() -> None:
     parser.add_argument("data", type=Path)
     parser.add_argument("--only", nargs="*", type=int, help="these cases, from 0")
     parser.add_argument("--photos", type=int, default=32)
-    parser.add_argument("--width", type=int, default=1500)
+    parser.add_argument("--width", type=int, default=3000, help="of a photo, in pixels")
     chosen = parser.parse_args()
-    result: dict[str, Any] = {"machine": machine(), "cases": {}}
+    result: dict[str, Any] = {"machine": machine(), "slicer": slicer(), "cases": {}}
     if chosen.out.exists():
         result["cases"] = json.loads(chosen.out.read_text())["cases"]
     with tempfile.TemporaryDirectory() as scratch:

@@ -17,6 +17,7 @@ printed in one thickness, from its side and from its front.
 
 import argparse
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -79,7 +80,7 @@ def main() -> None:
 
 def limbs(chosen: argparse.Namespace) -> None:
     """Every device on ten limbs."""
-    result: dict[str, Any] = {"machine": machine(), "slicer": _slicer(), "rows": {}}
+    result: dict[str, Any] = {"machine": machine(), "slicer": slicer(), "rows": {}}
     if chosen.out.exists():
         result["rows"] = json.loads(chosen.out.read_text())["rows"]
     rows: dict[str, Any] = result["rows"]
@@ -198,7 +199,14 @@ def _values(device: Device, subject: Subject) -> dict[str, float]:
     return found
 
 
-def _slicer() -> str:
+def slicer() -> str:
+    """Name and version of PrusaSlicer, without which nothing is begun.
+
+    Raises:
+        SystemExit: it is not installed.
+    """
+    if shutil.which("prusa-slicer") is None:
+        raise SystemExit("Every device is sliced: install prusa-slicer first.")
     said = subprocess.run(["prusa-slicer", "--help"], capture_output=True, text=True, check=False)
     named = (line for line in said.stdout.splitlines() if line.startswith("PrusaSlicer"))
     return next(named, "none")
