@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.typed import Mismatch, tree_of
 from limbgram.findings import note, told
 from limbgram.reconstruction.budget import Resolution
@@ -17,6 +19,7 @@ from limbgram.reconstruction.scale.metric import LengthCheck, Scale
 from limbgram.report.case import case_report
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
+from limbgram.report.drawings.surfaces import _frustum
 from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures
 from limbgram.report.summary import (
@@ -220,3 +223,12 @@ def test_a_summary_is_read_as_it_was_written() -> None:
 def test_json_gets_none_for_what_is_no_number() -> None:
     tree = tree_of({"a": [1.0, float("nan")], "b": (float("inf"), "x", 3)})
     assert tree == {"a": [1.0, None], "b": [None, "x", 3]}
+
+
+def test_a_drawn_camera_reaches_to_the_edges_of_its_picture() -> None:
+    """Half a pixel beyond the middles of the corner pixels."""
+    lens = Camera(width_px=200, height_px=150, fx=300.0, fy=300.0, cx=99.5, cy=74.5)
+    view = View("a.jpg", lens, Rigid(np.eye(3), np.array([1.0, 2.0, 3.0])))
+    rim = _frustum(view, 10.0)[:4, 1]
+    edges = [(-0.5, -0.5), (199.5, -0.5), (199.5, 149.5), (-0.5, 149.5)]
+    np.testing.assert_allclose(view.project(rim), edges, atol=1e-9)
