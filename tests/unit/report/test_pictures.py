@@ -11,6 +11,7 @@ from PIL import Image
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import Mismatch, tree_of
 from limbgram.findings import note, told
 from limbgram.reconstruction.budget import Resolution
@@ -34,6 +35,7 @@ from limbgram.report.summary import (
     Summary,
     Verdict,
     facts,
+    mesh_figures,
     summary_of,
 )
 from limbgram.report.verdict_light import Light
@@ -232,3 +234,13 @@ def test_a_drawn_camera_reaches_to_the_edges_of_its_picture() -> None:
     rim = _frustum(view, 10.0)[:4, 1]
     edges = [(-0.5, -0.5), (199.5, -0.5), (199.5, 149.5), (-0.5, 149.5)]
     np.testing.assert_allclose(view.project(rim), edges, atol=1e-9)
+
+
+def test_what_was_filled_is_a_share_of_the_area() -> None:
+    """One large triangle over a hole beside a hundred small ones, as large as all of them."""
+    small = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    places = [small + [0.0, 2.0 * k, 0.0] for k in range(100)]
+    vertices_mm = np.concatenate([*places, 10 * small + [50.0, 0.0, 0.0]])
+    faces = np.arange(len(vertices_mm), dtype=np.int32).reshape(-1, 3)
+    mesh = Mesh(vertices_mm=vertices_mm, faces=faces, filled=np.arange(303) >= 300)
+    assert mesh_figures(mesh).filled_share == pytest.approx(0.5)
