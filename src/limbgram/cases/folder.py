@@ -24,9 +24,9 @@ from pathlib import Path
 from typing import Literal
 
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.core.errors import AS_IS, CaseError, PhotoError, disk_finding, is_full
+from limbgram.core.errors import CaseError, PhotoError, disk_finding, is_full, system_reason
 from limbgram.core.files import file_lock, written_whole
-from limbgram.findings import Finding
+from limbgram.findings import Finding, fault
 from limbgram.reconstruction.photos.masks import (
     MASKS_FOLDER,
     find_mask,
@@ -175,7 +175,7 @@ def take_in(
     for name, source in list(wanted.items()):
         reason = _copy_in(case, source, name)
         if reason is not None:
-            set_aside.append(SetAside(name.name, Finding(AS_IS, values={"message": reason})))
+            set_aside.append(SetAside(name.name, reason))
             del wanted[name]
     if not wanted:
         raise _no_photos(sources, set_aside)
@@ -222,15 +222,15 @@ def _mask_stem(mask: Path, photo: Candidate) -> str:
     return photo.name if by_full_name else Path(photo.name).stem
 
 
-def _copy_in(case: CaseFolder, source: Path, name: Path) -> str | None:
+def _copy_in(case: CaseFolder, source: Path, name: Path) -> Finding | None:
     """Copy a photo into the case; returns the reason if it cannot be read."""
     kept = case.photos / name
     try:
         sha256 = file_sha256(source)
     except PermissionError:
-        return "no permission to read it"
+        return fault("photo.file.forbidden")
     except OSError as error:
-        return f"it cannot be read ({error.strerror}): copy it again from the camera"
+        return fault("photo.file.unread", why=system_reason(error))
     if kept.exists():
         if kept.resolve() == source.resolve():
             return None
