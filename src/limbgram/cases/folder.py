@@ -154,7 +154,8 @@ def take_in(
 
     A copy shares its bytes with the original where the disk can do so until one of them changes
     (never a hard link: altered in place, the original would change the case). Photos of an earlier
-    run that are not among the sources are moved to CASE/photos-left-out.
+    run that are not among the sources are moved to CASE/photos-left-out, where none takes the place
+    of another.
 
     Args:
         masks: Folder of masks that take the place of those beside the photos.
@@ -182,9 +183,19 @@ def take_in(
     for kept in sorted(case.photos.rglob("*")):
         name = kept.relative_to(case.photos)
         if kept.is_file() and name not in wanted:
-            (case.left_out / name).parent.mkdir(parents=True, exist_ok=True)
-            kept.replace(case.left_out / name)
+            aside = _place_aside(case.left_out / name, kept)
+            aside.parent.mkdir(parents=True, exist_ok=True)
+            kept.replace(aside)
     return tuple(set_aside)
+
+
+def _place_aside(wanted: Path, file: Path) -> Path:
+    """Where a file is moved to: beside another one that has the name already."""
+    place, number = wanted, 1
+    while place.exists() and file_sha256(place) != file_sha256(file):
+        number += 1
+        place = wanted.with_stem(f"{wanted.stem}-{number}")
+    return place
 
 
 def incoming(

@@ -219,6 +219,20 @@ def test_photos_that_are_no_longer_wanted_are_moved_aside(source: Path, tmp_path
     assert (source / "b.jpg").exists()
 
 
+def test_a_photo_moved_aside_takes_no_other_one_s_place(tmp_path: Path) -> None:
+    """Two walks whose photos are numbered alike: each is left out in turn."""
+    case = CaseFolder(tmp_path / "case")
+    kept = tmp_path / "kept.jpg"
+    kept.write_bytes(b"kept")
+    for walk in ("first", "second", "third", "second"):
+        (tmp_path / walk).mkdir(exist_ok=True)
+        (tmp_path / walk / "1.jpg").write_bytes(walk.encode())
+        take_in(case, [kept, tmp_path / walk / "1.jpg"])
+        take_in(case, [kept])
+    aside = {file.name: file.read_bytes() for file in case.left_out.iterdir()}
+    assert aside == {"1.jpg": b"first", "1-2.jpg": b"second", "1-3.jpg": b"third"}
+
+
 def test_the_case_can_be_its_own_source(source: Path, tmp_path: Path) -> None:
     case = CaseFolder(tmp_path / "case")
     take_in(case, [source])
