@@ -44,7 +44,9 @@ def asked_after(views: list[View]) -> list[tuple[tuple[float, ...], tuple[float,
 def test_upright_photos_ask_for_the_same_however_the_sensor_stores_them() -> None:
     """A phone held upright, of half a round: its sensor lies, or its pictures were turned."""
     stands = [Stand(azimuth_deg=20.0 * k, elevation_deg=10.0, distance=900.0) for k in range(9)]
-    turned = [one.view(quarter_turned(LYING), LIMB.middle, 0.0, f"{one.azimuth_deg}") for one in stands]
+    turned = [
+        one.view(quarter_turned(LYING), LIMB.middle, 0.0, f"{one.azimuth_deg}") for one in stands
+    ]
     stored: list[View] = []
     for view in turned:
         pose = view.camera_from_world

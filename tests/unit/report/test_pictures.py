@@ -239,8 +239,8 @@ def test_a_drawn_camera_reaches_to_the_edges_of_its_picture() -> None:
 def test_what_was_filled_is_a_share_of_the_area() -> None:
     """One large triangle over a hole beside a hundred small ones, as large as all of them."""
     small = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    places = [small + [0.0, 2.0 * k, 0.0] for k in range(100)]
-    vertices_mm = np.concatenate([*places, 10 * small + [50.0, 0.0, 0.0]])
+    places = [small + np.array([0.0, 2.0 * k, 0.0]) for k in range(100)]
+    vertices_mm = np.concatenate([*places, 10 * small + np.array([50.0, 0.0, 0.0])])
     faces = np.arange(len(vertices_mm), dtype=np.int32).reshape(-1, 3)
     mesh = Mesh(vertices_mm=vertices_mm, faces=faces, filled=np.arange(303) >= 300)
     assert mesh_figures(mesh).filled_share == pytest.approx(0.5)
