@@ -8,7 +8,7 @@ Method  Places on rings round the limb are tried: each with how much thinly seen
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -76,6 +76,32 @@ def stand_of(centre: Vector3, middle: Vector3, first_rad: float) -> Stand:
     azimuth = np.degrees(np.arctan2(away[1], away[0]) - first_rad) % 360.0
     elevation = np.degrees(np.arcsin(np.clip(away[2] / max(distance, 1e-12), -1, 1)))
     return Stand(azimuth_deg=float(azimuth), elevation_deg=float(elevation), distance=distance)
+
+
+def camera_as_held(views: Sequence[View]) -> Camera:
+    """The first view's camera, turned by a quarter where most of the photos were held so."""
+    turned = [
+        abs(view.camera_from_world.rotation[0, 2]) > abs(view.camera_from_world.rotation[1, 2])
+        for view in views
+    ]
+    camera = views[0].camera
+    return quarter_turned(camera) if 2 * sum(turned) > len(views) else camera
+
+
+def quarter_turned(camera: Camera) -> Camera:
+    """The camera turned by a quarter."""
+    return replace(
+        camera,
+        width_px=camera.height_px,
+        height_px=camera.width_px,
+        fx=camera.fy,
+        fy=camera.fx,
+        cx=camera.cy,
+        cy=camera.width_px - 1 - camera.cx,
+        p1=0.0,
+        p2=0.0,
+        skew=0.0,
+    )
 
 
 def squarely_shown_cells(skin: CoarseSkin, views: Sequence[View]) -> Bool[np.ndarray, "n v"]:

@@ -76,7 +76,7 @@ class Slopes:
         """RMS grey slope round full-size pixels; 0 outside the photo."""
         rows, columns = self.energy.shape
         known = np.isfinite(xy_px).all(axis=1)
-        x, y = np.where(known, xy_px.T, -1.0) / self.block_px
+        x, y = (np.where(known, xy_px.T, -1.0) + 0.5) / self.block_px
         inside = known & (x >= 0) & (y >= 0) & (x < columns) & (y < rows)
         # beside the lens a place may lie farther off than an integer holds
         row, column = np.clip(y, 0, rows - 1).astype(int), np.clip(x, 0, columns - 1).astype(int)
@@ -149,7 +149,7 @@ def inspect_limb(
         key = known_by(small.photos[idx])
         looked = known.get(key)
         if looked is None or not _nearly_same_box(looked.box, box):
-            looked = known[key] = _at_full_size(photo, hull * factor, box)
+            looked = known[key] = _at_full_size(photo, (hull + 0.5) * factor - 0.5, box)
         seen = replace(
             photo,
             sharpness=looked.seen.sharpness,

@@ -16,6 +16,7 @@ from jaxtyping import Float64, Int64
 from limbgram.capture.answer import CheckedPhoto, MissingPhotos
 from limbgram.capture.camera_positions import (
     Stand,
+    camera_as_held,
     clock_hour,
     height_of,
     squarely_shown_cells,
@@ -231,7 +232,7 @@ def _photos_by_place(
     """
     scene = metric.scene
     away = [np.linalg.norm(view.centre_in_world - skin.middle) for view in scene.views]
-    distance, camera = float(np.median(away)), scene.views[0].camera
+    distance, camera = float(np.median(away)), camera_as_held(scene.views)
     first_rad = first_direction_rad(scene, skin.middle)
     coming = [
         replace(one, distance=distance).view(camera, skin.middle, first_rad)

@@ -19,7 +19,7 @@ from enum import Enum
 import numpy as np
 
 from limbgram.capture.answer import Coverage
-from limbgram.capture.camera_positions import Stand, height_of
+from limbgram.capture.camera_positions import Stand, height_of, quarter_turned
 from limbgram.capture.coverage import coverage_from_prediction
 from limbgram.capture.prediction import (
     FINE_POWER,
@@ -251,7 +251,7 @@ def plan_capture(
     if not 0 < sigma_mm <= 5:
         raise OptionsError("plan.sigma")
     if camera.camera.width_px < camera.camera.height_px:  # its photos stand upright
-        camera = replace(camera, camera=_turned(camera.camera))
+        camera = replace(camera, camera=quarter_turned(camera.camera))
     fits_mm, portrait = _nearest_mm(camera.camera, limb)
     given = distance_mm is not None
     distance_mm = fits_mm if distance_mm is None else distance_mm
@@ -264,7 +264,7 @@ def plan_capture(
             needed_mm=shown_mm * fits_mm,
             back_mm=math.ceil(fits_mm / 10) * 10,
         )
-    held = _turned(camera.camera) if portrait else camera.camera
+    held = quarter_turned(camera.camera) if portrait else camera.camera
     best: tuple[float, int] | None = None
     for stands, rings in _candidates(distance_mm):
         sharpness = _best_sharpness(stands, held, camera, limb)
@@ -321,22 +321,6 @@ def _nearest_mm(camera: Camera, limb: LimbProxy) -> tuple[float, bool]:
     level = max(wide_mm / sides[0], long_mm / sides[1]) + limb.radius
     upright = max(wide_mm / sides[1], long_mm / sides[0]) + limb.radius
     return min(level, upright), upright < level
-
-
-def _turned(camera: Camera) -> Camera:
-    """The camera turned by a quarter."""
-    return replace(
-        camera,
-        width_px=camera.height_px,
-        height_px=camera.width_px,
-        fx=camera.fy,
-        fy=camera.fx,
-        cx=camera.cy,
-        cy=camera.width_px - 1 - camera.cx,
-        p1=0.0,
-        p2=0.0,
-        skew=0.0,
-    )
 
 
 def _candidates(

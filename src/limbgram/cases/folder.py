@@ -24,9 +24,9 @@ from pathlib import Path
 from typing import Literal
 
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.core.errors import AS_IS, CaseError, PhotoError, disk_finding, is_full
+from limbgram.core.errors import CaseError, PhotoError, disk_finding, is_full, system_reason
 from limbgram.core.files import file_lock, written_whole
-from limbgram.findings import Finding
+from limbgram.findings import Finding, fault
 from limbgram.reconstruction.photos.masks import (
     MASKS_FOLDER,
     find_mask,
@@ -154,7 +154,8 @@ def take_in(
 
     A copy shares its bytes with the original where the disk can do so until one of them changes
     (never a hard link: altered in place, the original would change the case). Photos of an earlier
-    run that are not among the sources are moved to CASE/photos-left-out.
+    run that are not among the sources are moved to CASE/photos-left-out, where none takes the place
+    of another.
 
     Args:
         masks: Folder of masks that take the place of those beside the photos.
@@ -175,16 +176,26 @@ def take_in(
     for name, source in list(wanted.items()):
         reason = _copy_in(case, source, name)
         if reason is not None:
-            set_aside.append(SetAside(name.name, Finding(AS_IS, values={"message": reason})))
+            set_aside.append(SetAside(name.name, reason))
             del wanted[name]
     if not wanted:
         raise _no_photos(sources, set_aside)
     for kept in sorted(case.photos.rglob("*")):
         name = kept.relative_to(case.photos)
         if kept.is_file() and name not in wanted:
-            (case.left_out / name).parent.mkdir(parents=True, exist_ok=True)
-            kept.replace(case.left_out / name)
+            aside = _place_aside(case.left_out / name, kept)
+            aside.parent.mkdir(parents=True, exist_ok=True)
+            kept.replace(aside)
     return tuple(set_aside)
+
+
+def _place_aside(wanted: Path, file: Path) -> Path:
+    """Where a file is moved to: beside another one that has the name already."""
+    place, number = wanted, 1
+    while place.exists() and file_sha256(place) != file_sha256(file):
+        number += 1
+        place = wanted.with_stem(f"{wanted.stem}-{number}")
+    return place
 
 
 def incoming(
@@ -222,15 +233,15 @@ def _mask_stem(mask: Path, photo: Candidate) -> str:
     return photo.name if by_full_name else Path(photo.name).stem
 
 
-def _copy_in(case: CaseFolder, source: Path, name: Path) -> str | None:
+def _copy_in(case: CaseFolder, source: Path, name: Path) -> Finding | None:
     """Copy a photo into the case; returns the reason if it cannot be read."""
     kept = case.photos / name
     try:
         sha256 = file_sha256(source)
     except PermissionError:
-        return "no permission to read it"
+        return fault("photo.file.forbidden")
     except OSError as error:
-        return f"it cannot be read ({error.strerror}): copy it again from the camera"
+        return fault("photo.file.unread", why=system_reason(error))
     if kept.exists():
         if kept.resolve() == source.resolve():
             return None

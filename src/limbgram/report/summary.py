@@ -414,7 +414,7 @@ def mesh_figures(mesh: Mesh) -> MeshSummary:
         area=float(np.linalg.norm(normals, axis=1).sum() / 2),
         volume=float(np.einsum("fc,fc->", first, normals) / 6) if is_closed(mesh) else None,
         left_out_share=left_out_share(mesh),
-        filled_share=0.0 if mesh.filled is None else float(mesh.filled.mean()),
+        filled_share=mesh.filled_share(),
         open_edges=open_edges(mesh),
         laid_back=count_laid_back(mesh),
     )

@@ -119,7 +119,7 @@ def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
             return None
         view, limb = truth.views[photo_idx], _limb_in(truth, photo_idx, options)
         view_in_room = truth.in_room(photo_idx)
-        edge = shadow_edge(options.lighting, middle, options.seed, photo_idx)
+        edge = shadow_edge(options.lighting, middle, _shadow_seed(options), photo_idx)
         camera_from_room = view_in_room.camera_from_world
         light = light_of(options.lighting, camera_from_room, options.distance_mm, edge)
         scene = _scene_in_photo(limb_scene, truth, photo_idx, limb, options)
@@ -131,6 +131,11 @@ def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
     visible = in_parallel(take, range(len(truth.views) + len(truth.calibration_views)))
     counts = np.sum([flags for flags in visible if flags is not None], axis=0)
     write_record(folder / "truth", truth, options, counts.astype(np.uint8))
+
+
+def _shadow_seed(options: CaptureOptions) -> int:
+    """Another one where something moves: direction and lean are drawn in the same way."""
+    return options.seed if options.movement is None else options.seed + 1
 
 
 def _limb_in(truth: Truth, photo_idx: int, options: CaptureOptions) -> Limb:

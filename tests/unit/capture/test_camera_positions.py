@@ -1,10 +1,20 @@
 """Places in words a hand can follow."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from limbgram.capture.camera_positions import Stand, clock_hour, height_of, stand_of
-from limbgram.core.geometry.lens import Camera
+from limbgram.capture.camera_positions import (
+    Stand,
+    camera_as_held,
+    clock_hour,
+    height_of,
+    stand_of,
+)
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
 from limbgram.findings import told
 
 CAMERA = Camera(width_px=300, height_px=200, fx=300.0, fy=300.0, cx=150.0, cy=100.0)
@@ -39,3 +49,19 @@ def test_a_stand_and_its_view_are_the_same_place() -> None:
     assert back.elevation_deg == pytest.approx(35.0)
     assert back.distance == pytest.approx(800.0)
     np.testing.assert_allclose(view.project(middle[None])[0], [150.0, 100.0], atol=1e-6)
+
+
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3])
+def test_a_camera_is_taken_as_most_photos_were_held(quarters: int) -> None:
+    """Upright pictures of a sensor that lies: the photo's long side stands along the limb."""
+    turn = Rotation.from_euler("z", 90 * quarters, degrees=True).as_matrix()
+    views: list[View] = []
+    for k in range(5):
+        stand = Stand(azimuth_deg=72.0 * k, elevation_deg=30.0, distance=800.0)
+        level = stand.view(CAMERA, np.zeros(3), first_rad=0.0)
+        pose = level.camera_from_world
+        held = Rigid(turn @ pose.rotation, turn @ pose.translation)
+        views.append(replace(level, camera_from_world=held) if k else level)
+    held = camera_as_held(views)
+    assert (held.width_px, held.height_px) == ((200, 300) if quarters % 2 else (300, 200))
+    assert (held == CAMERA) == (quarters % 2 == 0)

@@ -117,8 +117,10 @@ def test_ten_thousand_other_files_stay_out_and_are_summed_up(source: Path, tmp_p
     (source / "film.mov").write_bytes(b"\0\0\0\x14ftypqt  ")
     case = CaseFolder(tmp_path / "case")
     (left_out,) = take_in(case, [source])
-    assert left_out.name == "10,001 other files"
+    assert left_out.name == "film.mov ..."
     assert told(left_out.reason).startswith("not pictures: film.mov, note 00000.txt, ")
+    assert told(left_out.reason).endswith(" and so on, 10,001 in all")
+    assert told(left_out.reason, "de").endswith(" und so weiter, 10.001 insgesamt")
     assert len(told(left_out.reason)) < 200
     kept = sorted(file.name for file in case.photos.rglob("*") if file.is_file())
     assert kept == ["a 1.jpg", "b.jpg", "b.png", "without ending"]
@@ -147,7 +149,9 @@ def test_what_cannot_be_read_is_set_aside_by_name(
 
     monkeypatch.setattr(folder, "file_sha256", unreadable)
     case = CaseFolder(tmp_path / "case")
-    reasons = {one.name: told(one.reason) for one in take_in(case, [source])}
+    set_aside = take_in(case, [source])
+    assert all(one.reason.code.startswith("photo.file.") for one in set_aside)  # in every language
+    reasons = {one.name: told(one.reason) for one in set_aside}
     expected = {
         "folder.jpg": "a folder",
         "lost.jpg": "leads nowhere",
@@ -213,6 +217,20 @@ def test_photos_that_are_no_longer_wanted_are_moved_aside(source: Path, tmp_path
     assert names(case) == ["a 1.jpg"]
     assert (case.left_out / "b.jpg").read_bytes() == (source / "b.jpg").read_bytes()
     assert (source / "b.jpg").exists()
+
+
+def test_a_photo_moved_aside_takes_no_other_one_s_place(tmp_path: Path) -> None:
+    """Two walks whose photos are numbered alike: each is left out in turn."""
+    case = CaseFolder(tmp_path / "case")
+    kept = tmp_path / "kept.jpg"
+    kept.write_bytes(b"kept")
+    for walk in ("first", "second", "third", "second"):
+        (tmp_path / walk).mkdir(exist_ok=True)
+        (tmp_path / walk / "1.jpg").write_bytes(walk.encode())
+        take_in(case, [kept, tmp_path / walk / "1.jpg"])
+        take_in(case, [kept])
+    aside = {file.name: file.read_bytes() for file in case.left_out.iterdir()}
+    assert aside == {"1.jpg": b"first", "1-2.jpg": b"second", "1-3.jpg": b"third"}
 
 
 def test_the_case_can_be_its_own_source(source: Path, tmp_path: Path) -> None:

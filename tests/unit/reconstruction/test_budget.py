@@ -246,7 +246,7 @@ def test_a_photo_that_cannot_be_decoded_within_the_budget_is_told_so(tmp_path: P
         Image.new("L", (6000, 5000), 9 + k).save(tmp_path / f"{k}.png")
     assert decoding_mb(tmp_path / "0.png", 30_000_000) > 150
     with pytest.raises(PhotoError, match=r"6000 x 5000 pixels take 0\.\d GB to decode.*0\.4 GB"):
-        Run(memory_mb=400.0)(read_photos, [tmp_path])
+        Run(memory_mb=0.44 * 1024)(read_photos, [tmp_path])  # as --memory 0.44
 
 
 @pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "P", "1", "LA", "CMYK"])

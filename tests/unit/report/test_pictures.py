@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import Mismatch, tree_of
 from limbgram.findings import note, told
 from limbgram.reconstruction.budget import Resolution
@@ -17,6 +20,7 @@ from limbgram.reconstruction.scale.metric import LengthCheck, Scale
 from limbgram.report.case import case_report
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
+from limbgram.report.drawings.surfaces import _frustum
 from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures
 from limbgram.report.summary import (
@@ -31,6 +35,7 @@ from limbgram.report.summary import (
     Summary,
     Verdict,
     facts,
+    mesh_figures,
     summary_of,
 )
 from limbgram.report.verdict_light import Light
@@ -220,3 +225,22 @@ def test_a_summary_is_read_as_it_was_written() -> None:
 def test_json_gets_none_for_what_is_no_number() -> None:
     tree = tree_of({"a": [1.0, float("nan")], "b": (float("inf"), "x", 3)})
     assert tree == {"a": [1.0, None], "b": [None, "x", 3]}
+
+
+def test_a_drawn_camera_reaches_to_the_edges_of_its_picture() -> None:
+    """Half a pixel beyond the middles of the corner pixels."""
+    lens = Camera(width_px=200, height_px=150, fx=300.0, fy=300.0, cx=99.5, cy=74.5)
+    view = View("a.jpg", lens, Rigid(np.eye(3), np.array([1.0, 2.0, 3.0])))
+    rim = _frustum(view, 10.0)[:4, 1]
+    edges = [(-0.5, -0.5), (199.5, -0.5), (199.5, 149.5), (-0.5, 149.5)]
+    np.testing.assert_allclose(view.project(rim), edges, atol=1e-9)
+
+
+def test_what_was_filled_is_a_share_of_the_area() -> None:
+    """One large triangle over a hole beside a hundred small ones, as large as all of them."""
+    small = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    places = [small + np.array([0.0, 2.0 * k, 0.0]) for k in range(100)]
+    vertices_mm = np.concatenate([*places, 10 * small + np.array([50.0, 0.0, 0.0])])
+    faces = np.arange(len(vertices_mm), dtype=np.int32).reshape(-1, 3)
+    mesh = Mesh(vertices_mm=vertices_mm, faces=faces, filled=np.arange(303) >= 300)
+    assert mesh_figures(mesh).filled_share == pytest.approx(0.5)

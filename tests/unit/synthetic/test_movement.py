@@ -7,7 +7,9 @@ import pytest
 
 from limbgram.core.errors import OptionsError
 from limbgram.synthetic import SMALL, CaptureOptions, Movement, MovementKind, stage_truth
+from limbgram.synthetic.capture import _shadow_seed
 from limbgram.synthetic.movement import bent, motions
+from limbgram.synthetic.rendering.shading import Lighting, Shadow, shadow_edge
 
 STAGE = replace(SMALL, calibration_photos=0)
 MIDDLE = np.array([10.0, -20.0, 150.0])
@@ -74,3 +76,18 @@ def test_movements_without_meaning_are_refused() -> None:
         CaptureOptions(movement=Movement(shift_mm=50.0))
     with pytest.raises(OptionsError, match="needs a board"):
         CaptureOptions(movement=Movement(kind=MovementKind.PUSHED_BOARD), board=None)
+
+
+def test_a_shadow_does_not_lean_by_where_the_limb_moves() -> None:
+    """Of forty captures with both: the one is drawn without regard to the other."""
+    lighting = Lighting(shadow=Shadow.STANDING)
+    leans: list[float] = []
+    azimuths: list[float] = []
+    for seed in range(40):
+        options = replace(STAGE, seed=seed, movement=Movement(), lighting=lighting)
+        edge = shadow_edge(lighting, MIDDLE, _shadow_seed(options), 0)
+        leans.append(float(edge[2]))
+        moved = motions(Movement(), 4, seed, MIDDLE)[-1].apply(MIDDLE[None])[0] - MIDDLE
+        azimuths.append(float(np.arctan2(moved[1], moved[0]) % (2 * np.pi)))
+    ranks = [np.argsort(np.argsort(one)) for one in (leans, azimuths)]
+    assert abs(np.corrcoef(*ranks)[0, 1]) < 0.5

@@ -206,6 +206,13 @@ class Mesh:
         """A third of the area of the triangles round each vertex."""
         return _summed_at_vertices(lengths(self.face_normals()) / 6, self.faces, len(self))
 
+    def filled_share(self) -> float:
+        """Share of the area at vertices that no photo measured; 0 where they are not flagged."""
+        if self.filled is None or not self.filled.any():
+            return 0.0
+        areas_mm2 = self.vertex_areas_mm2()
+        return float(areas_mm2[self.filled].sum() / areas_mm2.sum())
+
     def chordal_deviations_mm(self) -> Float64[np.ndarray, " n"]:
         """How far the faces round each vertex lie inside the smooth surface, on average.
 

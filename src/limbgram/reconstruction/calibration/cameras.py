@@ -334,7 +334,7 @@ def _misfit(group: CameraGroup, calibration: Calibration) -> Finding | None:
             photo_height_px=size[1],
         )
     label = label_of(exif)
-    if not (label.startswith(calibration.label) or calibration.label.startswith(label)):
+    if not (_begins_with(label, calibration.label) or _begins_with(calibration.label, label)):
         return fault("lens.misfit.label", calibrated=calibration.label, label=label)
     if exif.focal_mm is not None and calibration.focal_mm is not None:
         ratio = exif.focal_mm / calibration.focal_mm
@@ -343,6 +343,11 @@ def _misfit(group: CameraGroup, calibration: Calibration) -> Finding | None:
                 "lens.misfit.focal", calibrated_mm=calibration.focal_mm, taken_mm=exif.focal_mm
             )
     return _body_misfit(exif, calibration) or _zoom_misfit(exif, calibration)
+
+
+def _begins_with(label: str, words: str) -> bool:
+    """Whether a label begins with these words: an X10 is no X1 whose lens is named too."""
+    return not words or f"{label} ".startswith(f"{words} ")
 
 
 def _body_misfit(exif: Exif, calibration: Calibration) -> Finding | None:

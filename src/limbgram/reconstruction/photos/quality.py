@@ -413,4 +413,5 @@ def _summary(others: list[Path]) -> list[SetAside]:
     if len(others) <= _NAMED_AT_MOST:
         return [SetAside(name_for_people(file), _no_picture(file)) for file in others]
     some = tuple(name_for_people(file) for file in others[:_NAMED_AT_MOST])
-    return [SetAside(f"{len(others):,} other files", note("photo.file.no_pictures", names=some))]
+    said = note("photo.file.no_pictures", names=some, count=len(others))
+    return [SetAside(f"{some[0]} ...", said)]

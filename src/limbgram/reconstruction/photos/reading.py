@@ -347,9 +347,9 @@ def _why_unfit(path: Path, picture: ImageFile, options: PhotoOptions) -> Finding
         return fault(
             "photo.file.needs_memory",
             **sides,
-            needs_gb=needed_mb / 1000,
-            allowed_gb=budget_mb() / 1000,
-            program_gb=PROGRAM_MB / 1000,
+            needs_gb=needed_mb / 1024,
+            allowed_gb=budget_mb() / 1024,
+            program_gb=PROGRAM_MB / 1024,
         )
     if min(width_px, height_px) < _SMALLEST_SIDE_PX:
         return fault("photo.file.too_small", **sides)

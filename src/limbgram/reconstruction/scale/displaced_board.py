@@ -141,7 +141,9 @@ def _agreeing(seen: Sequence[_BoardView], corners_mm: Points3) -> _Agreement:
         return _Agreement.all_of(seen)
     for length in range(count - 1, max(_FEWEST, math.ceil(_LEAST_SHARE * count)) - 1, -1):
         runs = [seen[first : first + length] for first in range(count - length + 1)]
-        worst_px = [_worst(_median_residuals_px(run, _places(run, corners_mm))) for run in runs]
+        worst_px = [
+            _worst(_median_residuals_px(run, _places(run, corners_mm)), _FEWEST) for run in runs
+        ]
         best = int(np.argmin(worst_px))
         if worst_px[best] < _RESIDUAL_RATIO * together_px:
             places = _places(runs[best], corners_mm)
@@ -262,6 +264,7 @@ def _median_residuals_px(
     return residuals_px
 
 
-def _worst(residuals_px: Float64[np.ndarray, " photos"]) -> float:
-    """The largest of the known ones."""
-    return float(np.nan_to_num(residuals_px).max())
+def _worst(residuals_px: Float64[np.ndarray, " photos"], fewest: int = 1) -> float:
+    """The largest of the known ones; infinite where fewer than so many are known."""
+    known = residuals_px[np.isfinite(residuals_px)]
+    return float(known.max()) if len(known) >= fewest else math.inf

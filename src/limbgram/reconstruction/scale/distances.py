@@ -191,6 +191,7 @@ def _length(
         role="check" if check else "control",
         between=distance.between,
         marks=distance.marks,
+        stated_sigma_mm=distance.length_sigma_mm,
     )
 
 

@@ -32,11 +32,6 @@ class LengthCheck:
     """Ids of the two marks that it lies between; none of another length."""
 
     @property
-    def printed(self) -> bool:
-        """Whether a printer made it: one makes all prints, so that no print checks another."""
-        return self.between in ("board", "plate")
-
-    @property
     def error(self) -> float:
         """Fraction of the known length; positive where the scene is too large."""
         return self.measured_mm / self.known_mm - 1

@@ -37,6 +37,8 @@ class RulerLength:
     role: Literal["control", "check"]
     between: LengthEnds = "points"
     marks: tuple[int, ...] = ()
+    stated_sigma_mm: float = 0.0
+    """Standard deviation of the known length itself."""
     by_cameras: Float64[np.ndarray, " u"] | None = None
     """Relative change of the measured length by each parameter of poses and lenses; None where the
     scene has no covariance."""

@@ -18,6 +18,7 @@ from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.interval import chi_square_tail
+from limbgram.core.tape import CONTRADICTS_SIGMAS
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.mapping.scene import Scene
@@ -103,18 +104,27 @@ def _moved(scene_board: SceneBoard, scene: Scene) -> Finding | None:
     return doubt("board.probably_moved", seen=seen)
 
 
-def check_lengths(scale: Scale, max_disagreement: float, of_board: int = 0) -> None:
+def check_lengths(
+    scale: Scale,
+    max_disagreement: float,
+    of_board: int = 0,
+    stated_sigmas_mm: Sequence[float] = (),
+) -> None:
     """Refuse where a length, whether it set the scale or checks it, contradicts the scale.
 
     Args:
         of_board: Number of lengths, the first ones, on the board that sets the scale. They are the
             longest between few corners, so noise may take one of them past what is allowed; it
             contradicts only if that is significant.
+        stated_sigmas_mm: Of each length itself, as a tape read it: by the rule of `core.tape` it
+            contradicts only where it is off by more than these explain. None: all are exact.
     """
+    stated = stated_sigmas_mm or [0.0] * len(scale.lengths)
     wrong = [
         one
         for k, one in enumerate(scale.lengths)
         if not abs(one.error) <= max_disagreement
+        and not abs(one.measured_mm - one.known_mm) <= CONTRADICTS_SIGMAS * stated[k]
         and not (k < of_board and _is_noise(one, of_board, max_disagreement))
     ]
     if wrong:
@@ -249,7 +259,8 @@ def _scaled(
     if scene_board is not None:
         check_scene_board(scene_board, _MAX_DISAGREEMENT, scene, scale.stretch_doubt)
     of_board = 0 if scene_board is None else len(scene_board.ruler.lengths)
-    check_lengths(scale, _MAX_DISAGREEMENT, of_board)
+    stated_sigmas_mm = [one.stated_sigma_mm for ruler in rulers for one in ruler.lengths]
+    check_lengths(scale, _MAX_DISAGREEMENT, of_board, stated_sigmas_mm)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if scene_board is not None:
         metric = _on_board(scene, aim, scene_board, mm_per_unit, scale)

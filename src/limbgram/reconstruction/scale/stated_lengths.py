@@ -9,6 +9,8 @@ from limbgram.core.tape import READING_SIGMA_MM, require_tape
 LengthEnds = Literal["board", "plate", "marks", "points"]
 """What a known length lies between: corners of the scale board, marks printed on one plate, marks
 whose distance somebody measured, points picked in photos."""
+PRINTED: tuple[LengthEnds, ...] = ("board", "plate")
+"""Those that a printer made: one makes all prints, so that no print checks another."""
 
 
 @dataclass(frozen=True)

@@ -218,7 +218,8 @@ def _image_centrality(body: Mesh, views: Sequence[View]) -> Float64[np.ndarray, 
         middle = np.array([camera.width_px - 1, camera.height_px - 1]) / 2
         reach = _CENTRE_SIGMA_SHARE * min(camera.width_px, camera.height_px)
         offset = (view.project(body.vertices_mm) - middle) / reach
-        total += np.where(faces_camera, np.exp(-0.5 * (offset**2).sum(1)), 0.0)
+        weight = np.exp(-0.5 * (offset**2).sum(1))
+        total += np.where(faces_camera & np.isfinite(weight), weight, 0.0)  # NaN: not shown at all
         facing += faces_camera
     return (
         np.divide(total, facing, out=np.zeros(len(body)), where=facing > 0) if views else facing + 1

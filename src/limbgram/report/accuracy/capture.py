@@ -37,6 +37,7 @@ from limbgram.report.accuracy.figures import (
     MovementFigures,
     PhotoFigures,
     TapedLength,
+    on_another_piece,
 )
 from limbgram.report.image_scale import image_scales
 from limbgram.workbench.measures.levels import Figure, Refused, Sigmas, levels_at, tape_mm
@@ -199,34 +200,25 @@ def length_figures(evidence: Evidence) -> LengthFigures:
     scale = evidence.metric.scale
     checks = [one for one in scale.lengths if one.role == "check"]
     controls = [one for one in scale.lengths if one.role == "control"]
+    control, check = tuple(map(_known_length, controls)), tuple(map(_known_length, checks))
     return LengthFigures(
         unit=scale.unit,
         source=scale.source,
         relative_sigma=scale.relative_sigma,
         board_stretch=scale.board_stretch,
         stretch_doubt=scale.stretch_doubt,
-        control=tuple(_known_length(one) for one in controls),
-        check=tuple(_known_length(one) for one in checks),
+        control=control,
+        check=check,
         control_rms=_relative_rms(controls),
         check_rms=_relative_rms(checks),
         check_worst=max((abs(one.error) for one in checks), default=math.nan),
         check_worst_label=max(checks, key=lambda one: abs(one.error)).label if checks else "",
-        checked_by_another_piece=_checked_by_another_piece(controls, checks),
+        checked_by_another_piece=bool(on_another_piece(control, check)),
         tapes=tuple(_taped_length(one, evidence.mesh) for one in evidence.tapes.found)
         if scale.unit == "mm"
         else (),
         board=_board_seen(evidence),
     )
-
-
-def _checked_by_another_piece(controls: list[LengthCheck], checks: list[LengthCheck]) -> bool:
-    """Whether a check length is independent of the lengths that set the scale.
-
-    One printer makes everything printed, so that no print checks another; each distance that was
-    given by hand was measured by itself.
-    """
-    print_set_it = any(one.printed for one in controls)
-    return any(not (print_set_it and one.printed) for one in checks)
 
 
 def _known_length(one: LengthCheck) -> KnownLength:

@@ -6,7 +6,7 @@ glossary can be without a figure. NaN stands for what is not known; JSON has nul
 are in mm, or in scene units where nothing gives the scale.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,7 +15,7 @@ from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.metric import StretchDoubt
-from limbgram.reconstruction.scale.stated_lengths import LengthEnds
+from limbgram.reconstruction.scale.stated_lengths import PRINTED, LengthEnds
 
 LENGTH = "length"
 """Stands for the unit of the case, mm or scene units."""
@@ -258,6 +258,17 @@ class KnownLength:
     error: float
     """A fraction of the known length."""
     sigma_mm: float
+
+
+def on_another_piece(
+    control: Sequence[KnownLength], check: Sequence[KnownLength]
+) -> tuple[KnownLength, ...]:
+    """The check lengths that lie on another piece than every length that set the scale.
+
+    Each distance that was given by hand was measured by itself.
+    """
+    print_set_it = any(one.between in PRINTED for one in control)
+    return tuple(one for one in check if not (print_set_it and one.between in PRINTED))
 
 
 @dataclass(frozen=True, kw_only=True)

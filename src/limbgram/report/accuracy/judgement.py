@@ -33,6 +33,7 @@ from limbgram.report.accuracy.figures import (
     SurfaceFigures,
     TapedLength,
     TruthFigures,
+    on_another_piece,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.verdict_light import Light
@@ -302,16 +303,23 @@ def size_is_checked(figures: Figures) -> bool:
 
     Lengths between a board's own corners are no such lengths: a board printed too large as a whole
     is too large in all of them. Nor are bars and mats that the same printer made. A girth counts
-    where the tape can tell, and then every such tape has to agree, whatever else agrees.
+    where the tape can tell, and then every such tape has to agree, whatever else agrees. A true
+    surface agrees up to the red limit: its scale error also holds a skin that lies too far out.
     """
     lengths = figures.lengths
     if lengths.unit != "mm":
         return False
     if figures.truth is not None:
-        return True
+        return 100 * abs(figures.truth.scale_error) <= SCALE.red
     if any(map(tape_is_precise, lengths.tapes)):
         return math.isfinite(confirmed_by_tape(lengths))
-    return lengths.checked_by_another_piece
+    return _confirmed_by_length(lengths)
+
+
+def _confirmed_by_length(lengths: LengthFigures) -> bool:
+    """Whether there are check lengths on another piece, and all of them agree."""
+    others = on_another_piece(lengths.control, lengths.check)
+    return bool(others) and all(100 * abs(one.error) <= SCALE.green for one in others)
 
 
 def confirmed_by_tape(lengths: LengthFigures) -> float:
@@ -338,11 +346,14 @@ def _scale_finding(figures: Figures) -> Finding:
     agree = count > 0 and error <= SCALE.green
     checked, vague, sure = "no", None, None
     if not size_is_checked(figures):
-        if lengths.checked_by_another_piece:
+        by_tape = figures.truth is None and any(map(tape_is_precise, lengths.tapes))
+        if by_tape and lengths.checked_by_another_piece:
             checked = "contradicted"
+        elif figures.truth is not None or (lengths.checked_by_another_piece and not by_tape):
+            checked = "disagrees"
         else:
             vague = _vague_tape_findings(lengths) or None
-    elif figures.truth is not None or lengths.checked_by_another_piece:
+    elif figures.truth is not None or _confirmed_by_length(lengths):
         checked = "length"
     else:
         checked, sure = "tape", 100 * confirmed_by_tape(lengths)

@@ -102,15 +102,8 @@ def _surface_caption(mesh: Mesh, metric: MetricScene, size: np.ndarray) -> str:
 def _frustum(view: View, depth: float) -> np.ndarray:
     """Edges (n, 2, 3) of a small pyramid from the camera's centre towards what it sees."""
     camera = view.camera
-    corners_px = np.array(
-        [
-            [0, 0],
-            [camera.width_px, 0],
-            [camera.width_px, camera.height_px],
-            [0, camera.height_px],
-        ],
-        float,
-    )
+    size_px = np.array([camera.width_px, camera.height_px])
+    corners_px = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * size_px - 0.5
     rays = camera.rays(corners_px)
     corners: Points3 = view.camera_from_world.inverse.apply(depth * rays / rays[:, 2:])
     centre = np.broadcast_to(view.centre_in_world, corners.shape)

@@ -85,7 +85,7 @@ def _surface_findings(measures: Measures) -> Iterator[Finding]:
             place_in_limb_mm=tuple(wall.place_mm.tolist()),
             least_mm=LEAST_WALL_MM,
         )
-    filled = 0.0 if limb.mesh.filled is None else float(limb.mesh.filled.mean())
+    filled = limb.mesh.filled_share()
     if filled > _FILLED_SHARE:
         yield fault("record.surface.filled", share=filled)
     missing = sum(row.level is None for row in measures.rows)

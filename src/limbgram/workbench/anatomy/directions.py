@@ -138,18 +138,23 @@ class Anatomy:
 
         Raises:
             MeasureError: a landmark that it goes by is missing, two of its nodes lie in one
-                point, or the kind has a straight axis.
+                point, it folds back on itself, or the kind has a straight axis.
         """
         bent = self.kind.centreline
         if bent is None:
             raise MeasureError("anatomy.straight", kind=self.kind.name)
         nodes = np.stack([self.at(mid, "centreline") for mid in bent.nodes])
-        steps_mm = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+        steps = np.diff(nodes, axis=0)
+        steps_mm = np.linalg.norm(steps, axis=1)
         for step_mm, ends in zip(steps_mm, pairwise(bent.nodes), strict=True):
             if step_mm < _LEAST_MM:
                 raise MeasureError(
                     "anatomy.on_point", name="centreline", names=_landmark_names(*ends)
                 )
+        for k, (before, after) in enumerate(pairwise(steps / steps_mm[:, None])):
+            if before @ after < 0 and np.linalg.norm(np.cross(before, after)) < _LEAST_SINE:
+                names = _landmark_names(*bent.nodes[k : k + 3])
+                raise MeasureError("anatomy.on_line", name="centreline", names=names)
         return rounded_polyline(nodes, bent.rounded)
 
     def mirror_sign(self) -> float:

@@ -35,6 +35,11 @@ _PLANE_ROUNDS = 3
 _HEEL_SHARE, _BALL_SHARE = 0.3, 0.2
 """Shares of the length from heel to ball: the foot can touch the ground up to this far in front of
 the heel, and this far before and behind the metatarsal heads."""
+_STANDS_ON = ("heel", "first metatarsal head", "fifth metatarsal head")
+_LEAST_SINE = 0.05
+"""Sine of 3 degrees: places nearer to one line span no plane."""
+_LEAST_MM = 1.0
+"""Places nearer to each other than this span no direction."""
 
 
 @dataclass(frozen=True)
@@ -116,13 +121,12 @@ class Body:
     @cached_property
     def _standing_plane(self) -> "_StandingPlane":
         """The plane that the foot stands on; kept, because each point of a foot's trim needs it."""
-        heel, first, fifth, toe = (
-            self.place_mm(name)
-            for name in ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
-        )
-        stand = _plane_through(np.stack([heel, first, fifth]), heel, toe)
+        heel, first, fifth, toe = (self.place_mm(name) for name in (*_STANDS_ON, "second toe"))
+        three = np.stack([heel, first, fifth])
+        _require_plane(three, toe)
+        stand = _plane_through(three, heel, toe)
         for _ in range(_PLANE_ROUNDS):
-            stand = _plane_under_foot(self.mesh, stand, np.stack([heel, first, fifth]), toe)
+            stand = _plane_under_foot(self.mesh, stand, three, toe)
         return stand
 
     def section_centre_mm(self, height_mm: float, at: str | None = None) -> Vector3:
@@ -216,11 +220,26 @@ class _StandingPlane:
     height_mm: float
 
 
+def _require_plane(three: Float64[np.ndarray, "3 3"], toe: Vector3) -> None:
+    """Refuse landmarks that span no plane, or no direction in it.
+
+    Raises:
+        EditError: heel and metatarsal heads lie on one line, or the toe over the heel.
+    """
+    sides, ahead = three[1:] - three[0], toe - three[0]
+    up = np.cross(*sides)
+    if not np.linalg.norm(up) > _LEAST_SINE * lengths(sides).prod():
+        raise EditError("anatomy.on_line", name="plantar", names=_STANDS_ON)
+    up = unit(up[None])[0]
+    if np.linalg.norm(ahead - (ahead @ up) * up) < _LEAST_MM:
+        raise EditError("anatomy.on_point", name="foot", names=(_STANDS_ON[0], "second toe"))
+
+
 def _plane_through(
     three: Float64[np.ndarray, "3 3"], heel: Vector3, toe: Vector3
 ) -> _StandingPlane:
     up = np.cross(three[1] - three[0], three[2] - three[0])
-    up = unit((up * np.sign(up[2]))[None])[0]
+    up = unit((up * np.copysign(1.0, up[2]))[None])[0]
     ahead = unit(((toe - heel) - ((toe - heel) @ up) * up)[None])[0]
     return _StandingPlane(np.stack([np.cross(ahead, up), ahead, up]), float((three @ up).mean()))
 

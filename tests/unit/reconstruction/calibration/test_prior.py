@@ -209,6 +209,20 @@ def test_photos_that_lost_their_exif_take_the_calibration_of_their_size() -> Non
     assert cameras_for(photo_set((4752, 3168), exif=Exif()), [given]).calibrations == (given,)
 
 
+def test_a_model_whose_name_is_the_beginning_of_another_is_not_taken_for_it() -> None:
+    """A phone X10 of the same size is no X1; a file without a lens still fits its body's photos."""
+    short, long = (
+        Exif(make="Acme", model=f"Acme {model}", focal_mm=50.0) for model in ("X1", "X10")
+    )
+    for exif, label in ((long, "Acme X1"), (short, "Acme X10")):
+        with pytest.raises(CalibrationError):
+            cameras_for(photo_set((4752, 3168), exif=exif), [replace(calibrated(), label=label)])
+    body = replace(calibrated(), label="Canon EOS 500D")
+    assert cameras_for(photo_set((4752, 3168)), [body]).calibrations == (body,)
+    bare = replace(CANON, lens=None)
+    assert cameras_for(photo_set((4752, 3168), exif=bare), [calibrated()]).calibrations[0].camera.k1
+
+
 @pytest.mark.parametrize(
     ("exif", "size", "focal_px", "sigma"),
     [

@@ -181,3 +181,15 @@ def test_where_nothing_foretells_the_other_corners_they_are_not_taken(capture: C
     agreeing = without_displaced_board(capture.scene, found)
     assert [one.photo_idx for one in agreeing.photos] == list(range(7))
     assert "too few to tell whether the board was pushed" in told(agreeing.set_aside[0].reason)
+
+
+def test_photos_that_share_no_corner_do_not_agree(capture: Capture) -> None:
+    """Four photos in a row of one column of corners each, and a board that never lies still."""
+    found = capture.detections(noise_px=NOISE_PX)
+    photos = list(showing(found, {4 + k: range(k, k + 1) for k in range(4)}).photos)
+    photos[8:] = found.photos[8:]
+    turns = np.random.default_rng(2).uniform(0, 2 * np.pi, len(photos))
+    moves_px = 20 * np.column_stack([np.cos(turns), np.sin(turns)])
+    moved = (replace(one, xy_px=one.xy_px + px) for one, px in zip(photos, moves_px, strict=True))
+    restless = replace(found, photos=tuple(moved))
+    assert without_displaced_board(capture.scene, restless) is restless

@@ -62,6 +62,17 @@ def test_distances_that_disagree_are_refused(capture, factor: float, refused: bo
         assert metric.scale.lengths[1].error == pytest.approx(1 / factor - 1, abs=1e-9)
 
 
+def test_a_length_that_a_tape_read_is_held_to_its_own_sigma(capture) -> None:
+    """0.73 mm off: less than two sigmas of a tape, and seven of a steel rule."""
+    first, second = both(capture)
+    off = replace(second, length_mm=second.length_mm * 1.005)
+    taped = replace(off, length_sigma_mm=0.5)
+    metric = to_millimetres(capture.scene, None, [first, taped])
+    assert metric.scale.lengths[1].error == pytest.approx(1 / 1.005 - 1, abs=1e-9)
+    with pytest.raises(ScaleError, match=r"B-D is .* where the scale is set by A-C"):
+        to_millimetres(capture.scene, None, [first, replace(off, length_sigma_mm=0.1)])
+
+
 @pytest.mark.parametrize("number", [0, 2, 5])
 def test_how_a_lens_lengthens_a_typed_length(capture, number: int) -> None:
     """Against the same picks with another focal length, middle or distortion."""

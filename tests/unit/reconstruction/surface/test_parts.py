@@ -152,6 +152,22 @@ def test_the_smaller_is_meant_where_the_photos_look_at_it(make_cloud: MakeCloud)
     assert parts.left_out_share == 0.0
 
 
+def test_a_photo_with_a_part_of_the_limb_behind_it_looks_at_the_rest(
+    make_cloud: MakeCloud,
+) -> None:
+    """One camera comes so near to the lower end that the upper end faces it from behind."""
+    limb, other = tube(make_cloud, 30, 0, 200), tube(make_cloud, 15, 0, 40)
+    aside = replace(other, points_mm=other.points_mm + np.array([0, 90, 0], np.float32))
+    both = joined(limb, aside)
+    near = Rigid.looking_at(
+        np.array([80.0, 0.0, 100.0]), np.array([0.0, 0.0, 20.0]), np.array([0.0, 0.0, 1.0])
+    )
+    round_it = [_looking_at_the_origin(angle) for angle in np.linspace(-0.8, 0.8, 5)]
+    parts = tell_parts(pivot(both), both, [*round_it, replace(round_it[0], camera_from_world=near)])
+    assert [part.area_mm2 > 30_000 for part in parts.parts] == [True, False]
+    assert sum(part.looked_at for part in parts.parts) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("gap_mm", [9.0, 16.0])
 def test_what_a_bare_strip_round_the_limb_tears_off_is_missing(
     make_cloud: MakeCloud, gap_mm: float

@@ -18,6 +18,8 @@ from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesse
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95, findings_in
+from limbgram.report.accuracy.truth import KnownTruth
+from limbgram.report.alignment import Truth
 
 RADIUS_MM = 50.0
 GIRTH_MM = 2 * math.pi * RADIUS_MM
@@ -408,6 +410,50 @@ def test_a_print_that_checks_a_print_leaves_the_size_unchecked(with_sigmas: Evid
         assert "; confirmed to 1.0 % by tape" in told(taped.headline)
         assert "limit.scale.one_source" not in codes(taped.findings)
     assert assess(between(with_sigmas, "points", "plate")).size_checked
+
+
+@pytest.mark.parametrize("error", [0.002, -0.002])
+def test_a_length_that_disagrees_checks_no_size(with_sigmas: Evidence, error: float) -> None:
+    """A second distance that is 0.2 % off: the scale is amber, and nothing confirms the size."""
+    tree = assess(with_check(with_sigmas, error))
+    assert [one.light for one in tree.criteria if one.key == SCALE.key] == ["amber"]
+    assert not tree.size_checked
+    assert told(tree.headline).endswith("; an independent check disagrees.")
+    assert assess(with_check(with_sigmas, error / 3)).size_checked
+    taped = assess(with_tape(with_check(with_sigmas, error), GIRTH_MM))
+    assert taped.size_checked
+    assert told(taped.headline).endswith("; confirmed to 1.0 % by tape.")
+
+
+def test_a_board_s_own_length_does_not_speak_against_another_that_agrees(
+    with_sigmas: Evidence,
+) -> None:
+    found = between(on_one_board(with_check(with_sigmas, 0.002)), "board", "board")
+    own, typed = found.metric.scale.lengths[1], with_sigmas.metric.scale.lengths[1]
+    lengths = (found.metric.scale.lengths[0], own, replace(typed, between="points"))
+    scale = replace(found.metric.scale, lengths=lengths)
+    assert assess(replace(found, metric=replace(found.metric, scale=scale))).size_checked
+
+
+@pytest.mark.parametrize(("times", "checked"), [(1.0005, True), (1.01, False)])
+def test_a_true_surface_checks_the_size_where_it_agrees(
+    with_sigmas: Evidence, times: float, checked: bool
+) -> None:
+    mesh = with_sigmas.mesh
+    truth = Truth(
+        vertices_mm=times * mesh.vertices_mm,
+        faces=mesh.faces,
+        seen=np.ones(len(mesh), bool),
+        centres_mm=np.zeros((0, 3)),
+    )
+    known = KnownTruth(
+        kind="a mesh file", truth=truth, centres_mm=np.zeros((0, 3)), alignment="frame"
+    )
+    tree = assess(with_sigmas, known)
+    assert tree.size_checked is checked
+    assert told(tree.headline).endswith(
+        "; checked independently." if checked else "; an independent check disagrees."
+    )
 
 
 def test_a_tape_that_is_not_sure_enough_does_not_check_the_size(with_sigmas: Evidence) -> None:

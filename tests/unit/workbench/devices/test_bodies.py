@@ -1,5 +1,6 @@
 """Devices on bodies from elsewhere: a foot cut out of a whole body, and a mean residual limb."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -132,3 +133,27 @@ def test_a_line_through_a_vertex_does_not_slip_through_the_surface() -> None:
             np.testing.assert_allclose(met, place, atol=0.01)
         beside = np.linalg.svd(look[None])[2][1]
         assert body.first_hit_mm(middle + 50.1 * beside, look) is None
+
+
+@pytest.mark.parametrize(
+    ("moved", "code"),
+    [
+        ({"first metatarsal head": (-40.0, 0.0), "fifth metatarsal head": (40.0, 1.0)}, "on_line"),
+        ({"second toe": (0.0, 0.0)}, "on_point"),
+    ],
+)
+def test_a_foot_whose_landmarks_span_no_plane_is_refused(
+    bodies: dict[str, Limb], moved: dict[str, tuple[float, float]], code: str
+) -> None:
+    """Metatarsal heads marked on both sides of the heel, or a toe marked on the heel."""
+    foot = bodies["foot"]
+    heel_mm = next(one.position_mm for one in foot.landmarks if one.name == "heel")
+    landmarks = tuple(
+        replace(one, position_mm=heel_mm + np.array([*moved[one.name], 0.0]))
+        if one.name in moved
+        else one
+        for one in foot.landmarks
+    )
+    with pytest.raises(EditError) as refused:
+        Body.of(replace(foot, landmarks=landmarks)).directions("foot")
+    assert refused.value.finding.code == f"anatomy.{code}"

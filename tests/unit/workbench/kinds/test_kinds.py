@@ -265,3 +265,17 @@ def test_a_centreline_through_one_point_twice_is_refused() -> None:
         *("first metatarsal head", "fifth metatarsal head"),
         "second toe",
     )
+
+
+def test_a_centreline_that_folds_back_is_refused() -> None:
+    """A ball of the foot marked on the shank: no arc leads from a line back along itself."""
+    kind = KIND_NAMED["foot"]
+    assert kind.centreline is not None
+    places = dict(anatomy_of(kind).places)
+    heights_mm = ((0.0, 400.0), (0.0, 0.0), (0.0, 100.0), (150.0, 100.0))
+    for mid, (y, z) in zip(kind.centreline.nodes, heights_mm, strict=True):
+        places |= dict.fromkeys(mid.of, np.array([0.0, y, z]))
+    with pytest.raises(MeasureError) as refused:
+        replace(anatomy_of(kind), places=places).centreline()
+    assert refused.value.finding.code == "anatomy.on_line"
+    assert "heel" in refused.value.finding.values["names"]
