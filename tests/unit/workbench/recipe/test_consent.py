@@ -367,6 +367,18 @@ def test_the_word_that_is_asked_for_is_taken_on_every_kind() -> None:
             assert not not_accepted(concerns_of(load, said, kind)), (kind, place.name)
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("place", ["iliac spine", "iliac crest", "axilla", "trochanter"])
+def test_the_word_that_is_asked_for_without_a_limb_is_taken_on_the_limb(
+    side: str, place: str
+) -> None:
+    """`edit add` knows no limb; several kinds have a place of that name or beside it."""
+    load = replace(ON_HEAD, at=f"{side} {place}")
+    asked = words_for(concerns_of(load, ()))
+    (entry,) = added(recipe(), load, accept=asked).entries
+    assert not not_accepted(concerns_of(load, entry.accept, "torso")), asked
+
+
 def test_a_word_for_one_side_of_a_trunk_is_none_for_the_other() -> None:
     load = replace(ON_HEAD, at="left iliac spine")
     (said,) = accepted(recipe(load), 1, ("load on right iliac spine",)).entries[0].accept
