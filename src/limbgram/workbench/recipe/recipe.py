@@ -43,6 +43,7 @@ from limbgram.workbench.measures.lengths import barycentric_on_mesh
 from limbgram.workbench.recipe.consent import (
     Concern,
     as_typed_words,
+    carves,
     concerns_of,
     concerns_on_limb,
     findings_of,
@@ -311,6 +312,7 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
         if missing:
             raise EditError(
                 "recipe.asks",
+                carves=carves(edit),
                 concerns=findings_of(missing),
                 words=words_for(missing),
                 typed=as_typed_words(words_for(missing)),
@@ -416,6 +418,7 @@ def _require_consent(number: int, entry: Entry, concerns: tuple[Concern, ...]) -
             "recipe.edit.asks",
             number=number,
             edit=described_entry(entry),
+            carves=carves(entry.edit),
             concerns=findings_of(missing),
             words=words_for(missing),
             typed=as_typed_words(words_for(missing)),

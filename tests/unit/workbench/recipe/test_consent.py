@@ -429,3 +429,16 @@ def test_a_joint_set_to_an_angle_after_a_load_hides_no_depth() -> None:
     high = Relieve(at="gluteal fold", depth_mm=2.0, falloff_mm=10.0)
     done = replay_as_it_is(recipe(load, turn, high), trunk)
     assert done.ledger.lines[2].concerns == ()
+
+
+@pytest.mark.parametrize("kind", [Load, Relieve])
+def test_only_what_carves_is_said_to_press(kind: type[Load] | type[Relieve]) -> None:
+    deep = kind(at="patellar tendon", depth_mm=12.0, falloff_mm=40.0)
+    with pytest.raises(OptionsError) as not_added:
+        added(recipe(), deep)
+    with pytest.raises(EditError) as not_done:
+        replay(recipe(deep), limb())
+    for refused in (not_added, not_done):
+        presses = "presses there; for room use relieve" in str(refused.value)
+        assert presses == (kind is Load)
+        assert ("has room there" in str(refused.value)) == (kind is Relieve)
