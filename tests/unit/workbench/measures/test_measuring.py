@@ -127,6 +127,22 @@ def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
     assert level.others_mm == ((pytest.approx(45 * SMOOTH, rel=3e-5),),) * 2
 
 
+def test_a_volume_s_sigma_counts_limbs_of_which_none_is_told(
+    make_forked: Callable[..., Mesh],
+) -> None:
+    """Two alike arms rise beside the axis: no girth there, but a volume that hangs on the place."""
+    body = make_forked(300.0, (50.0, 50.0))
+    body = body.with_vertices(body.vertices_mm - [150.0, 0.0, 0.0])
+    found = changes_by_level(body, body, (-160.0, 50.0, 100.0), slide_sigma_mm=0.5)
+    assert [level.reason is None for level in found.levels] == [True, False, False]
+    assert found.volume is not None
+    assert found.laid_sigma_mm3 == pytest.approx(0.5 * 2 * UNIT * 2500, rel=1e-3)
+    sure = replace(body, sigma_mm=np.full(len(body), 1e-6, np.float32))
+    last = changes_by_level(sure, sure, (-160.0, 50.0, 100.0), slide_sigma_mm=0.5).levels[-1]
+    assert last.since_last is not None
+    assert last.since_last.sigma == pytest.approx(0.0, abs=5.0)  # both ends slide alike
+
+
 def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
     heights = tuple(np.linspace(-30, 230, 240).tolist())
     table = measure_limb(aligned(cylinder), LimbMeasureOptions(heights_mm=heights))
