@@ -49,6 +49,8 @@ _AT_ORIGIN_MM = 0.5
 """A tip this near to the frame's origin is the distal end from which heights count."""
 _BEYOND_MM = 1.0
 """A volume may begin or end this far, and a sock's thickness, beyond the limb; it is clamped."""
+_TAPER_SHARES = (1.0, 0.5, 0.25, 0.125)
+"""Of the placing error of a tape: how far beside it the next girth is looked for."""
 _TOUCHING_MM = 1e-6
 """Levels of even spacing this near to an end of the limb only touch it."""
 
@@ -436,12 +438,22 @@ def _check_of_reading(
     sigmas: Sigmas, zero: float, reading: TapeReading, through_mm: tuple[float, float]
 ) -> TapeCheck | Finding:
     """The check of a reading against the shape's girth, or the reason why there is none."""
-    height = reading.height_mm + zero
-    heights = [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]
-    level, *near_levels = levels_at(sigmas.mesh, heights, through_mm)
+    (level,) = levels_at(sigmas.mesh, [reading.height_mm + zero], through_mm)
     if isinstance(level, Refused):
         return _from_reference(level.reason, zero)
     girth = sigmas.figure(level, tape_mm(level))
-    near = [tape_mm(one).value for one in near_levels if not isinstance(one, Refused)]
-    taper_mm = max((abs(one - tape_mm(level).value) for one in near), default=0.0)
+    taper_mm = max(_taper_mm(sigmas, level, way, through_mm) for way in (-1.0, 1.0))
     return check_reading(reading, level.height_mm, girth, taper_mm)
+
+
+def _taper_mm(sigmas: Sigmas, level: Level, way: float, through_mm: tuple[float, float]) -> float:
+    """Change of the girth over the tape's placing error to one side; 0 where none is whole there.
+
+    Beside a brim or a hole it follows, in proportion, from the farthest level that is whole.
+    """
+    steps_mm = [way * PLACING_SIGMA_MM * share for share in _TAPER_SHARES]
+    near = levels_at(sigmas.mesh, [level.height_mm + step for step in steps_mm], through_mm)
+    for share, one in zip(_TAPER_SHARES, near, strict=True):
+        if not isinstance(one, Refused):
+            return abs(tape_mm(one).value - tape_mm(level).value) / share
+    return 0.0

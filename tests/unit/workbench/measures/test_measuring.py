@@ -511,3 +511,15 @@ def test_a_surface_that_no_photo_measured_is_not_known_exactly(cylinder: Mesh) -
     figures = [*table.rows[0].figures.values(), table.volumes[0].volume_mm3]
     figures += [table.lengths[0].straight, table.lengths[0].over_surface]
     assert [one.sigma for one in figures if one is not None] == [None] * len(figures)
+
+
+@pytest.mark.parametrize("brim_mm", [3.5, 2.0, 0.5])
+def test_a_tape_beside_the_brim_keeps_the_sigma_of_its_height(
+    make_turned: Callable[..., Mesh], brim_mm: float
+) -> None:
+    """A wall that is upright below the tape, and flares by 45 degrees up to a brim over it."""
+    z = np.concatenate([np.linspace(0, 100, 51), 100 + np.linspace(0, brim_mm, 5)[1:]])
+    flared = make_turned(50 + np.maximum(z - 100, 0), z, N, capped=False)
+    reading = TapeReading(height_mm=99.999, girth_mm=50 * SMOOTH, sigma_mm=1.0)
+    (check,) = measure_limb(aligned(flared), LimbMeasureOptions(tape=(reading,))).tape
+    assert check.sigma_mm == pytest.approx(np.hypot(1.0, 3 * CORNERS), rel=0.01)
