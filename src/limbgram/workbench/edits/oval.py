@@ -29,7 +29,7 @@ from limbgram.workbench.edits.regions import (
     position_mm,
     smooth_normals_on,
 )
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Kind, Limb
 
 _EDGES_PER_FADE = 8.0
 _FINEST_MM = 1.0
@@ -78,6 +78,9 @@ class Oval(Edit):
             },
         ),
     )
+
+    def places_of(self, kind: Kind) -> set[str]:
+        return kind.names_in((self.at, kind.centreline))
 
 
 def move_oval(limb: Limb, oval: Oval, sign: float) -> Limb:
