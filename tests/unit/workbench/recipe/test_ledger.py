@@ -356,3 +356,18 @@ def test_a_cut_s_cover_is_mirrored_with_the_limb() -> None:
     mirrored = do_edit(cut, Mirror(confirmed_side="right"))
     (found,) = covers_after((cover,), cut, mirrored)
     np.testing.assert_allclose(found, cover * [-1.0, 1.0, 1.0], atol=1e-9)
+
+
+def test_a_wall_that_is_moved_is_told_to_press_where_it_grows_outwards() -> None:
+    """Its inside, which touches the limb, faces the other way: an offset of 1 mm presses there."""
+    edits = (Wall(thickness_mm=4.0), Offset(distance_mm=1.0), PlaneCut(height_mm=150.0))
+    recipe = Recipe(name="w", entries=tuple(Entry(edit=one) for one in edits))
+    wall, moved, cut = replay(recipe, cup(50.0, 200.0, step_mm=5.0)).ledger.lines
+    at = 3
+    before, after = wall.after.girths_mm[at], moved.after.girths_mm[at]
+    assert before is not None
+    assert after == pytest.approx(before - 2 * math.pi, abs=0.1)
+    assert moved.displacement is not None
+    assert moved.displacement.largest_mm > 0.9
+    told = ["recipe.on_wall" in [one.code for one in line.told] for line in (wall, moved, cut)]
+    assert told == [False, True, False]
