@@ -37,7 +37,12 @@ from limbgram.workbench.measures.levels import (
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.propagation import PLACE_STEP_MM, Propagated, Subject
+from limbgram.workbench.measures.propagation import (
+    PLACE_STEP_MM,
+    Propagated,
+    Subject,
+    with_limb_heights,
+)
 
 LEVELS, MEASURING_LEVEL = 10, 3
 DIAGONAL_DEG = 30.0
@@ -61,6 +66,14 @@ def cranial_figures(subject: Subject) -> Mapping[str, Propagated]:
     Raises:
         MeasureError: a landmark is missing, or the section at the measuring level is not whole.
     """
+    _, middle_mm = _frame(subject.anatomy)
+    try:
+        return _figures(subject)
+    except MeasureError as error:  # its heights count from the base plane
+        raise with_limb_heights(error, subject.anatomy, middle_mm, 0.0) from error
+
+
+def _figures(subject: Subject) -> Mapping[str, Propagated]:
     whole = _open_height_mm(subject) is None
     here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole, with_gradients=True)
     names = tuple(here)
