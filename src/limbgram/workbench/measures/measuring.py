@@ -18,7 +18,7 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, HOLDS
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table, heading
-from limbgram.core.tape import PLACING_SIGMA_MM
+from limbgram.core.tape import PLACING_SIGMA_MM, TAPER_SHARES
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import SeparateBody, outer_bodies
@@ -49,8 +49,6 @@ _AT_ORIGIN_MM = 0.5
 """A tip this near to the frame's origin is the distal end from which heights count."""
 _BEYOND_MM = 1.0
 """A volume may begin or end this far, and a sock's thickness, beyond the limb; it is clamped."""
-_TAPER_SHARES = (1.0, 0.5, 0.25, 0.125)
-"""Of the placing error of a tape: how far beside it the next girth is looked for."""
 _TOUCHING_MM = 1e-6
 """Levels of even spacing this near to an end of the limb only touch it."""
 
@@ -451,9 +449,9 @@ def _taper_mm(sigmas: Sigmas, level: Level, way: float, through_mm: tuple[float,
 
     Beside a brim or a hole it follows, in proportion, from the farthest level that is whole.
     """
-    steps_mm = [way * PLACING_SIGMA_MM * share for share in _TAPER_SHARES]
+    steps_mm = [way * PLACING_SIGMA_MM * share for share in TAPER_SHARES]
     near = levels_at(sigmas.mesh, [level.height_mm + step for step in steps_mm], through_mm)
-    for share, one in zip(_TAPER_SHARES, near, strict=True):
+    for share, one in zip(TAPER_SHARES, near, strict=True):
         if not isinstance(one, Refused):
             return abs(tape_mm(one).value - tape_mm(level).value) / share
     return 0.0
