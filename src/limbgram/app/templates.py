@@ -1,5 +1,6 @@
 """Templates: what the clinic did to several limbs, learned and kept, to be done to the next one."""
 
+from pathlib import Path as FilePath
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Path, Response
@@ -11,7 +12,7 @@ from limbgram.app.surface import limb_of
 from limbgram.cases.shelf_ids import ID_PATTERN
 from limbgram.cases.templates import KeptTemplate, Templates
 from limbgram.cases.workspace import Workspace
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.report.drawings.drawing import png
 from limbgram.report.drawings.time_course import unrolled_template
 from limbgram.workbench.templates.learning import Pair
@@ -41,6 +42,9 @@ class TemplateReply(BaseModel):
     most_outward_mm: float
     changed_share: float
     places: list[Move]
+    finding: FindingReply | None = Field(
+        default=None, description="Why its file cannot be read, and nothing else is known of it."
+    )
 
 
 class NewTemplate(BaseModel):
@@ -62,7 +66,7 @@ class LearnedReply(BaseModel):
 @router.get("/templates")
 def list_templates(app_state: AppStateHere) -> list[TemplateReply]:
     """The templates that the clinic keeps."""
-    return [_reply(one) for one in _templates(app_state).all()]
+    return [_reply(one, app_state.shelf.root) for one in _templates(app_state).all()]
 
 
 @router.post("/templates", status_code=201)
@@ -119,8 +123,22 @@ def _pair(app_state: AppState, case_id: str) -> Pair:
     )
 
 
-def _reply(kept: KeptTemplate) -> TemplateReply:
-    template = kept.read()
+def _reply(kept: KeptTemplate, root: FilePath) -> TemplateReply:
+    try:
+        template = kept.read()
+    except ShapeFileError as error:  # the others are still to be had, and this one deleted
+        return TemplateReply(
+            id=kept.template_id,
+            name=kept.file.name,
+            pairs=0,
+            sided=False,
+            reference="",
+            most_inward_mm=0.0,
+            most_outward_mm=0.0,
+            changed_share=0.0,
+            places=[],
+            finding=FindingReply.of(error.finding, root),
+        )
     moved = template.displacement_mm
     return TemplateReply(
         id=kept.template_id,

@@ -18,6 +18,8 @@ as two standard deviations. Where several people tape at a line drawn on the cal
 lie within 6 mm (Tunc et al. 2007, Angiology 58:593-596): 2.1 mm for one reading."""
 PLACING_SIGMA_MM = 3.0
 """Standard deviation of the height at which a tape was laid."""
+TAPER_SHARES = (1.0, 0.5, 0.25, 0.125)
+"""Of that: how far beside the tape another girth is looked for; nearer beside a brim or a hole."""
 AGREES_SIGMAS = 2.0
 """Up to here a reading agrees, as 95 % of the readings of a correct surface do."""
 CONTRADICTS_SIGMAS = 4.0

@@ -5,13 +5,14 @@ Out     a PDF and beside it the file of its board or marks; Printed: what was wr
 Fails   names that do not fit, a lens that is half told, a size that no print has.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Final
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
-from limbgram.core.request_fields import Text, Within
+from limbgram.core.request_fields import Text, Within, declared
 from limbgram.formats.board_file import require_board_place, write_board
 from limbgram.formats.camera import read_camera
 from limbgram.formats.marks_file import PrintedKind, require_marks_place, write_marks
@@ -135,11 +136,13 @@ def print_sheets(kind: KindName, ask: PrintRequest, out: Path | None = None) -> 
         out: The PDF, or the folder of a kit; None: in the current folder, called by its kind.
 
     Raises:
-        OptionsError: the request cannot be, or the name does not fit the kind.
+        OptionsError: the request cannot be, asks for what the kind does not have, or the name does
+            not fit it.
         CaseError: another file lies there, or a measured size would be forgotten.
     """
     options = ask.options()
     places = _places(kind, out, options)
+    _require_taken(kind, ask, places)
     sheets = {name: _DRAWN[name].draw(ask.page, options) for name in places}
     size = ask.size_of(next(iter(sheets.values())))
     written = tuple(
@@ -155,6 +158,36 @@ def print_sheets(kind: KindName, ask: PrintRequest, out: Path | None = None) -> 
 
 
 _DRAWN: Final = {one.name: one for one in KINDS}
+_OF_EVERY_KIND: Final = ("page", "measured_mm", "measured_down_mm")
+_OF_LENS: Final = ("camera", "focal_35mm", "width_px")
+"""What goes with the distance of the camera."""
+
+
+def _require_taken(kind: KindName, ask: PrintRequest, drawn: Iterable[KindName]) -> None:
+    """Refuse options of other kinds than those that are drawn.
+
+    Raises:
+        OptionsError: names them, and the kinds that take them.
+    """
+    taken = {name for one in drawn for name in _options_of(one)}
+    others = [
+        one
+        for one in declared(PrintRequest)
+        if one.name not in taken and getattr(ask, one.name) != one.default
+    ]
+    if others:
+        having = [one.value for one in _DRAWN if others[0].name in _options_of(one)]
+        raise OptionsError(
+            "ask.other_kind",
+            options=tuple(f"--{one.flag}" for one in others),
+            kinds=tuple(having),
+            kind=kind.value,
+        )
+
+
+def _options_of(kind: KindName) -> tuple[str, ...]:
+    takes = _DRAWN[kind].takes
+    return (*_OF_EVERY_KIND, *takes, *(_OF_LENS if "distance_mm" in takes else ()))
 
 
 def _places(kind: KindName, out: Path | None, options: SheetOptions) -> dict[KindName, Path]:

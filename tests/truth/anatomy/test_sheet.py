@@ -14,9 +14,13 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.uncertainty import filled_sigma_mm
+from limbgram.workbench.anatomy.landmark import USUAL
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
+from limbgram.workbench.measures.cranial import cranial_figures
 from limbgram.workbench.measures.levels import area_mm2, level_at
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
+from limbgram.workbench.measures.propagation import Subject
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 
 MakeLimb = Callable[..., Limb]
@@ -447,6 +451,50 @@ def test_a_head_without_a_tragion_says_so() -> None:
     row = measuring_sheet(replace(limb, landmarks=left)).rows[0]
     assert row.reason is not None
     assert "left tragion" in row.reason.values["names"]  # type: ignore[operator]
+
+
+def test_a_head_s_refused_level_is_told_by_its_height_in_the_limb_s_frame() -> None:
+    """As every other height is: not over the base plane, which lies 100 mm over the origin."""
+    head = ellipsoid(0.0)
+    level_mm = 0.3 * HALF[2]
+    middles = head.mesh.vertices_mm[head.mesh.faces].mean(1)
+    hole = (np.abs(middles[:, 2] - level_mm) < 6.0) & (middles[:, 0] > 60.0)
+    lifted = LimbFrame(limb_from_mesh=Rigid(np.eye(3), np.array([0.0, 0.0, 100.0])), side="none")
+    torn = replace(head.mesh, faces=head.mesh.faces[~hole])
+    (row,) = only(replace(head, mesh=torn, frame=lifted), "width_mm").rows
+    assert row.reason is not None
+    assert row.reason.code == "measure.level.open"
+    assert row.reason.values["height_mm"] == pytest.approx(100.0 + level_mm, abs=0.1)
+
+
+def test_a_head_s_circumference_has_the_relief_that_the_surface_lost() -> None:
+    """As the same tape has in a table."""
+    head = ellipsoid(0.0)
+    count = len(head.mesh)
+    mesh = replace(
+        head.mesh,
+        sigma_mm=np.full(count, 0.05, np.float32),
+        lost_length=np.tile(np.array([0.006, 0.001], np.float32), (count, 1)),
+    )
+    head = head.with_mesh(mesh)
+    table = measure_limb(head, LimbMeasureOptions(heights_mm=(0.3 * HALF[2],)))
+    tape = table.rows[0].figures["tape_mm"]
+    assert tape is not None
+    assert only(head, "circumference_mm")["circumference_mm"].value == pytest.approx(
+        tape.value, abs=0.05
+    )
+
+
+def test_a_head_s_girth_follows_its_highest_place() -> None:
+    """The measuring level lies at three tenths of it."""
+    subject = Subject.of(ellipsoid(0.0), USUAL)
+    girth = cranial_figures(subject)["girth"]
+    assert girth.by_vertex is not None
+    level_mm = 0.3 * HALF[2]
+    by_height = -girth.value * level_mm / (HALF[2] ** 2 - level_mm**2)
+    assert girth.by_vertex[subject.sigmas.mesh.vertices_mm[:, 2].argmax()] == pytest.approx(
+        0.3 * by_height, rel=0.05
+    )
 
 
 def calf(top_mm: float, *, ripple_mm: float = 0.0, seed: int = 0) -> Limb:

@@ -84,3 +84,26 @@ def test_a_template_that_was_spoiled_is_refused_and_changes_nothing(
     assert refused.status_code == 422
     assert "cannot be read" in refused.json()["message"]
     assert client.get(f"{API}/cases/{case}/recipe").json()["edits"] == []
+
+
+def test_a_damaged_template_hides_no_other_and_can_be_deleted(
+    client: TestClient, app_state: AppState, limb: Mesh
+) -> None:
+    case = case_of(client, app_state, limb)
+    load = {"at": "tibial crest", "depth_mm": DEPTH_MM, "falloff_mm": 30.0}
+    edit = {"kind": "load", "parameters": load, "accept": ["load on tibial crest"]}
+    client.post(f"{API}/cases/{case}/recipe/edits", json=edit)
+    for name in ("first", "second"):
+        client.post(f"{API}/templates", json={"name": name, "cases": [case]})
+    first, second = sorted(app_state.shelf.templates.glob("*.json"))
+    first.write_bytes(first.read_bytes()[:100])
+    listed = client.get(f"{API}/templates")
+    assert listed.status_code == 200, listed.text
+    told = {one["id"]: one["finding"] for one in listed.json()}
+    assert told[second.stem] is None
+    assert told[first.stem]["code"] == "template.file.unreadable"
+    third = client.post(f"{API}/templates", json={"name": "third", "cases": [case]})
+    assert third.status_code == 201
+    assert client.delete(f"{API}/templates/{first.stem}").status_code == 204
+    left = client.get(f"{API}/templates").json()
+    assert [one["finding"] for one in left] == [None, None]

@@ -79,3 +79,22 @@ def test_a_broken_or_foreign_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(CaseError, match="is no marks file: it would be lost"):
         write_marks(file, kept)
     assert printed("kit", "-o", str(tmp_path / "kit.pdf"))[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("scale-bars", ("--board", "checkerboard:14x10:10")),
+        ("checkerboard", ("--sticker-mm", "20")),
+        ("stickers", ("--seed", "3")),
+        ("ring", ("--distance-mm", "600", "--focal-35mm", "26", "--width-px", "4000")),
+    ],
+)
+def test_a_sheet_s_option_is_not_taken_for_another_sheet(
+    tmp_path: Path, kind: str, words: tuple[str, ...]
+) -> None:
+    code, told = printed(kind, "-o", str(tmp_path / "sheet.pdf"), *words)
+    assert code == 2
+    assert words[0] in told
+    assert f"you write {kind}" in told
+    assert not (tmp_path / "sheet.pdf").exists()

@@ -1,7 +1,7 @@
 """All kinds of sheets: what `limbgram print` offers, its help and its guide follow this table.
 
 To add a kind: write the function that draws it, from page and options to a Sheet, and give it a
-name and a row here.
+name and a row here, with the options that it takes.
 """
 
 from collections.abc import Callable
@@ -62,6 +62,8 @@ class SheetKind:
     use: str
     """What it is for, after its name."""
     draw: Callable[[PageName, SheetOptions], Sheet] = field(repr=False)
+    takes: tuple[str, ...] = ()
+    """Names of the options that concern it."""
 
 
 def _scale_board(page: PageName, options: SheetOptions) -> Sheet:
@@ -76,8 +78,10 @@ def _checkerboard(page: PageName, options: SheetOptions) -> Sheet:
 
 
 KINDS: tuple[SheetKind, ...] = (
-    SheetKind(KindName.SCALE_BOARD, "lies beside the limb and sets the scale", _scale_board),
-    SheetKind(KindName.CHECKERBOARD, "calibrates the camera", _checkerboard),
+    SheetKind(
+        KindName.SCALE_BOARD, "lies beside the limb and sets the scale", _scale_board, ("board",)
+    ),
+    SheetKind(KindName.CHECKERBOARD, "calibrates the camera", _checkerboard, ("board",)),
     SheetKind(
         KindName.SCALE_BARS, "are known lengths beside the limb", lambda page, _: draw_bars(page)
     ),
@@ -91,10 +95,12 @@ KINDS: tuple[SheetKind, ...] = (
         KindName.STICKERS,
         "mark landmarks on limb or sock by number",
         lambda page, options: draw_stickers(page, options.sticker_mm, options.first),
+        ("sticker_mm", "first"),
     ),
     SheetKind(
         KindName.SOCK,
         "is a pattern for fabric or transfer film",
         lambda page, options: draw_sock(page, options.pixel_mm, options.seed, options.distance_mm),
+        ("pixel_mm", "distance_mm", "seed"),
     ),
 )

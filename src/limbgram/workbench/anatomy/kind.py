@@ -29,9 +29,9 @@ sense of an angle, and dorsiflexion, varus and toe-out have one sign on both. Ev
 "long axis", "anterior" and "right", the limb frame's own.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, Literal
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
 """Side of the limb on which a landmark lies; medial and lateral need the limb's side."""
@@ -408,3 +408,27 @@ class Kind:
                 for one in self.directions
             ),
         )
+
+    def names_in(self, what: Any) -> set[str]:
+        """All strings inside items, joints and names, and inside the directions that these name."""
+        directions = {one.name: one for one in self.directions}
+        found: set[str] = set()
+        due = list(strings_in(what))
+        while due:
+            word = due.pop()
+            if word not in found:
+                found.add(word)
+                due += strings_in(directions.get(word))
+        return found
+
+
+def strings_in(what: Any) -> Iterator[str]:
+    """All strings inside a value: in lists, and in the fields of dataclasses."""
+    if isinstance(what, str):
+        yield what
+    elif isinstance(what, list | tuple):
+        for one in what:
+            yield from strings_in(one)
+    elif is_dataclass(what):
+        for one in fields(what):
+            yield from strings_in(getattr(what, one.name))

@@ -134,7 +134,7 @@ def changes_by_level(
     slides = [{}] * len(heights_mm)
     if slide_sigma_mm > 0 and second_in_limb.sigma_mm is not None:
         slides = _slide_slopes(second_in_limb, heights_mm, slide_sigma_mm)
-    lost = [slide_sigma_mm * _area_mm2(cut) for cut in cuts[1]]
+    lost = [slide_sigma_mm * _area_mm2(cut, volumes[1]) for cut in cuts[1]]
     laid_mm3 = abs(lost[-1] - (0 if closed else lost[0]))
     volume = _volume(volumes, low, heights_mm[-1], laid_mm3)
     levels: list[LevelChange] = []
@@ -194,10 +194,14 @@ def _slide_slopes(
     return slides
 
 
-def _area_mm2(level: Level | Refused) -> float:
+def _area_mm2(level: Level | Refused, volumes: Volumes) -> float:
     """Area of all limbs at a height, as volumes count them."""
-    if isinstance(level, Refused):
-        return 0.0
+    if isinstance(level, Refused):  # no limb was chosen, but the volume counts all
+        height, step = level.height_mm, _STEP_MM
+        try:
+            return volumes.between(height - step, height + step).value / (2 * step)
+        except MeasureError:  # nor has the volume up to there an answer
+            return 0.0
     return area_mm2(level).value + sum(other.area_mm2 for other in level.others)
 
 

@@ -4,8 +4,9 @@ Method  The line of reference leads from the middle of the socket, half way up, 
         socket leans against it as the joint above flexes: below a knee its upper end forwards, as
         the end of a shank goes backwards; below a hip backwards, as that of a thigh goes forwards.
         Adduction takes the upper end outwards. The plate lies square to the line; the foot's
-        direction is the limb's, turned outwards by toe-out; inset moves the plate medially. The
-        order of turns does not matter: the line has both slopes at once.
+        direction is the limb's front as seen along the line, turned outwards about it by toe-out;
+        inset moves the plate medially. The order of turns does not matter: the line has both slopes
+        at once.
 """
 
 from collections.abc import Mapping
@@ -66,8 +67,8 @@ def adapter_under(
     up, ahead = _reference_line(values, joint, out)
     turn = np.radians(values["toe_out_deg"])
     sideways = unit((out - (out @ up) * up)[None])[0]
-    foot = np.cos(turn) * ahead + np.sin(turn) * (sideways - (sideways @ ahead) * ahead)
-    foot = unit(foot[None])[0]
+    square = unit((sideways - (sideways @ ahead) * ahead)[None])[0]
+    foot = np.cos(turn) * ahead + np.sin(turn) * square
     covered = layout.positive.vertices_mm[layout.beyond_mm < 0]
     thickest_mm = float(layout.thickness_mm[layout.beyond_mm < 0].max())
     low, high = float(covered[:, 2].min()), float(covered[:, 2].max())

@@ -7,8 +7,8 @@ import numpy as np
 from limbgram.core.request_fields import Within
 from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, bump, normalised
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.edits.sole import SOLE_PLACES, Sole, bump, normalised
+from limbgram.workbench.limb import Kind, Limb
 
 
 @edit(
@@ -43,6 +43,9 @@ class ArchFill(Edit):
             },
         ),
     )
+
+    def places_of(self, kind: Kind) -> set[str]:
+        return kind.names_in(SOLE_PLACES)
 
     def apply(self, limb: Limb) -> Limb:
         """Move the sole under the navicular down, fading all round.

@@ -14,7 +14,10 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.topology import is_watertight
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, FromZeroMm, Words, spoken
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.refinement import edge_for_falloff_mm, refine_selected, refine_where
@@ -34,7 +37,12 @@ from limbgram.workbench.edits.regions import (
     smaller_side,
     smooth_normals_on,
 )
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.edits.thickness import wall_thickness
+from limbgram.workbench.limb import AlignedLimb, Limb
+from limbgram.workbench.measures.measured_skin import inner_faces
+
+_WITHIN_MM, _SOLID_SHARE = 10.5, 0.98
+"""No wall is so thick that a place this deep under its skin lies as far from all skin."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +115,24 @@ def push_area(limb: Limb, edit: Area, sign: float) -> Limb:
     return changed
 
 
+def require_outside(limb: Limb, places_mm: Points3) -> None:
+    """Refuse places on the inside of a wall, where the solid's outward side faces the limb.
+
+    Raises:
+        EditError: what is built up there would press, and what is carved in would give room.
+    """
+    mesh = limb.mesh
+    if not (isinstance(limb, AlignedLimb) and is_watertight(mesh.faces)):
+        return
+    at = tree_on(mesh).closest(places_mm).faces
+    within_mm = places_mm - _WITHIN_MM * unit(mesh.face_normals()[at])
+    solid = tree_on(mesh).closest(within_mm).distances_mm > _SOLID_SHARE * _WITHIN_MM
+    if solid.all() or wall_thickness(mesh) is None:
+        return
+    if inner_faces(limb.mesh_in_limb)[at].any():
+        raise EditError("edit.region.inside")
+
+
 def falloff(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
     """Smooth falloff from 1 at 0 to 0 at 1, with zero slope and curvature at both ends."""
     x = np.clip(share, 0.0, 1.0)
@@ -116,7 +142,9 @@ def falloff(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
 def _weights_in_region(limb: Limb, edit: Area) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     picked = np.stack([position_mm(limb, place, edit.positions_in) for place in edit.within])
-    curve = draw_curve(limb.mesh, on_surface(limb, picked))
+    picked = on_surface(limb, picked)
+    require_outside(limb, picked)
+    curve = draw_curve(limb.mesh, picked)
     mesh = refined_along(limb.mesh, curve, edge_for_falloff_mm(edit.falloff_mm))
     coarse = _depth_in_curve(mesh, curve)
     fades = (coarse > 0) & (coarse < edit.falloff_mm)
@@ -143,6 +171,7 @@ def _weights_round_place(
 ) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     point = on_surface(limb, position_mm(limb, place, edit.positions_in)[None])[0]
+    require_outside(limb, point[None])
     reach = edit.flat_mm + edit.falloff_mm
 
     def near_place(mesh: Mesh) -> Bool[np.ndarray, " f"]:

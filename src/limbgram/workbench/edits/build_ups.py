@@ -64,12 +64,16 @@ class BuildUps(Edit):
         """Build up one place after the other.
 
         Raises:
-            EditError: no place of the preset was marked, or the surface would fold.
+            EditError: no place of the preset was marked, a name of what stays is none of the
+                preset, or the surface would fold.
         """
         marks = landmarks_by_identity(limb.landmarks)
         kind = None if limb.kind is None else KIND_NAMED[limb.kind]
         presets = {} if kind is None else kind.presets
         places = () if kind is None else self.places_of(kind)
+        unknown = tuple(name for name in self.without if identity_of(name) not in presets)
+        if unknown:
+            raise EditError("edit.build_ups.without", names=unknown, known=tuple(presets))
         wanted = {one: presets[one] for one in places if one in marks}
         if not wanted:
             raise EditError("edit.build_ups.none", names=tuple(presets))

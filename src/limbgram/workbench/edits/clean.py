@@ -156,7 +156,7 @@ def _piece_lengths_mm(mesh: Mesh, piece: np.ndarray, count: int) -> np.ndarray:
 
 
 def _without_spikes(limb: Limb) -> Limb:
-    """The limb with spikes flattened; the vertices moved count as filled."""
+    """The limb with spikes flattened, which count as filled, and a doubt of those that stay."""
     mesh = limb.mesh
     mean = neighbour_averaging(mesh)
     held = on_open_edge(mesh)
@@ -168,6 +168,8 @@ def _without_spikes(limb: Limb) -> Limb:
             break
         vertices[found] = (mean @ vertices)[found]
         moved |= found
+    if not moved.any():
+        return limb
     for _ in range(_PUT_BACK_ROUNDS):
         spoilt = moved & unsound_vertices(mesh, mesh.with_vertices(vertices))
         vertices[spoilt] = mesh.vertices_mm[spoilt]
@@ -176,12 +178,14 @@ def _without_spikes(limb: Limb) -> Limb:
             break
     else:
         vertices, moved = mesh.vertices_mm, np.zeros(len(mesh), np.bool_)
+    left = int((find_spikes(vertices, mesh.faces) & ~held).sum())
+    notes = [doubt("edit.clean.spikes_left", count=left)] if left else []
     if not moved.any():
-        return limb
+        return _with_notes(limb, notes)
     highest_mm = float(np.linalg.norm(vertices - mesh.vertices_mm, axis=1).max())
     laid = displaced(limb, vertices)
     said = note("edit.clean.spikes", count=int(moved.sum()), highest_mm=highest_mm)
-    return _with_notes(laid.with_mesh(unmeasured_at(laid.mesh, moved)), [said])
+    return _with_notes(laid.with_mesh(unmeasured_at(laid.mesh, moved)), [said, *notes])
 
 
 def _without_holes(limb: Limb, edit: Clean) -> Limb:

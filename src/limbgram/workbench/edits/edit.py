@@ -24,14 +24,15 @@ are `do_edit`'s work.
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import Field, dataclass, field
 from functools import cache
 from typing import Annotated, Any, ClassVar, Final, Literal, TypeVar, dataclass_transform, get_args
 
 from limbgram.core.request_fields import Within, declared, purpose_of
 from limbgram.findings import LANGUAGES
-from limbgram.workbench.limb import KIND_NAMED, KindName, Limb
+from limbgram.workbench.anatomy.kind import strings_in
+from limbgram.workbench.limb import KIND_NAMED, Kind, KindName, Limb
 
 RESIDUAL_LIMBS: Final[tuple[KindName | None, ...]] = (
     None,
@@ -154,6 +155,13 @@ class Edit(ABC):
         """The edit that moves another skin of the limb as this one moved what became `after`."""
         return self
 
+    def places_of(self, kind: Kind) -> Iterable[str]:  # noqa: ARG002 - most name theirs
+        """Names of the landmarks, directions and joints that its work on a kind of limb goes by.
+
+        Those are in its parameters, among other words; an edit that goes by others says so.
+        """
+        return strings_in(self)
+
     @abstractmethod
     def apply(self, limb: Limb) -> Limb:
         """The limb after the edit, whose numbers have been checked; see `editing.do_edit`.
@@ -163,7 +171,7 @@ class Edit(ABC):
         """
 
 
-Kind = TypeVar("Kind", bound=type[Edit])
+EditType = TypeVar("EditType", bound=type[Edit])
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -177,7 +185,7 @@ def edit(
     guarded: bool = True,
     kinds: tuple[KindName | None, ...] = (),
     example: Mapping[str, Any],
-) -> Callable[[Kind], Kind]:
+) -> Callable[[EditType], EditType]:
     """Make a class a kind of edit: a frozen dataclass that knows what `About` says.
 
     Raises:
@@ -185,7 +193,7 @@ def edit(
             there; or the other way round.
     """
 
-    def decorated(kind: Kind) -> Kind:
+    def decorated(kind: EditType) -> EditType:
         dataclass(frozen=True, kw_only=True)(kind)
         if ({"at", "depth_mm"} <= kind.__dataclass_fields__.keys()) != (
             effect.at_place is not None

@@ -7,8 +7,8 @@ import numpy as np
 from limbgram.core.request_fields import Within
 from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, normalised
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.edits.sole import SOLE_PLACES, Sole, normalised
+from limbgram.workbench.limb import Kind, Limb
 
 _HEEL_AT = 0.18
 """Middle of the heel, as a share of heel to ball."""
@@ -46,6 +46,9 @@ class Expansion(Edit):
             },
         ),
     )
+
+    def places_of(self, kind: Kind) -> set[str]:
+        return kind.names_in(SOLE_PLACES)
 
     def apply(self, limb: Limb) -> Limb:
         """Move the borders outwards, level with the sole.

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from limbgram.core.errors import EditError, MeasureError, OptionsError
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Kind, Limb
 from limbgram.workbench.templates.files import decode_template
 from limbgram.workbench.templates.template import Template, apply_template
 
@@ -42,6 +42,11 @@ class FromTemplate(Edit):
             },
         ),
     )
+
+    def places_of(self, kind: Kind) -> set[str]:
+        template = self.template()
+        curve = kind.centreline if template.along == "centreline" else None
+        return kind.names_in((template.reference, [one.name for one in template.marks], curve))
 
     def check(self) -> None:
         """Refuse a text that is no template.

@@ -8,8 +8,8 @@ from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
 from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.edits.sole import SOLE_PLACES, Sole
+from limbgram.workbench.limb import Kind, Limb
 
 
 @edit(
@@ -53,6 +53,9 @@ class HeelSkive(Edit):
             choices={"medial": "medial", "lateral": "lateral"},
         ),
     )
+
+    def places_of(self, kind: Kind) -> set[str]:
+        return kind.names_in(SOLE_PLACES)
 
     def apply(self, limb: Limb) -> Limb:
         """Move what lies below the slanting plane up onto it, running out to the front.

@@ -16,7 +16,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.request_fields import Within
-from limbgram.workbench.edits.areas import falloff
+from limbgram.workbench.edits.areas import falloff, require_outside
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Words, spoken
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.refinement import refine_selected
@@ -29,7 +29,7 @@ from limbgram.workbench.edits.regions import (
     position_mm,
     smooth_normals_on,
 )
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Kind, Limb
 
 _EDGES_PER_FADE = 8.0
 _FINEST_MM = 1.0
@@ -79,14 +79,19 @@ class Oval(Edit):
         ),
     )
 
+    def places_of(self, kind: Kind) -> set[str]:
+        return kind.names_in((self.at, kind.centreline))
+
 
 def move_oval(limb: Limb, oval: Oval, sign: float) -> Limb:
     """The limb with the oval moved outwards by sign 1, inwards by -1.
 
     Raises:
-        EditError: no such place, or the surface would fold or cut through itself.
+        EditError: no such place, the inside of a wall, or the surface would fold or cut through
+            itself.
     """
     middle = on_surface(limb, position_mm(limb, oval.at, "limb")[None])[0]
+    require_outside(limb, middle[None])
     half = np.array([oval.width_mm, oval.height_mm]) / 2
     reach = float(half.max()) * 1.5
 

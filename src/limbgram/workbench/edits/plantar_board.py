@@ -6,8 +6,8 @@ import numpy as np
 
 from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.edits.sole import SOLE_PLACES, Sole
+from limbgram.workbench.limb import Kind, Limb
 
 
 @edit(
@@ -39,6 +39,9 @@ class PlantarBoard(Edit):
             },
         ),
     )
+
+    def places_of(self, kind: Kind) -> set[str]:
+        return kind.names_in(SOLE_PLACES)
 
     def apply(self, limb: Limb) -> Limb:
         """Move what lies below the board onto it, and what lies just above a little down to it.

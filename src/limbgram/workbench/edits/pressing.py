@@ -88,7 +88,7 @@ class SkinHistory:
         Args:
             moves_skin: Whether the edit's movement counts; else it only carries the skin along.
         """
-        if not moves_skin and _same_triangles(before.mesh, after.mesh):
+        if not moves_skin and same_triangles(before.mesh, after.mesh):
             return self
         count = len(after.mesh)
         shared = min(count, len(before.mesh))
@@ -189,8 +189,8 @@ def changed_vertices(old: Mesh, new: Mesh) -> Bool[np.ndarray, " n"]:
     return changed
 
 
-def _same_triangles(old: Mesh, new: Mesh) -> bool:
-    """Whether both have the same triangles, turned over or not."""
+def same_triangles(old: Mesh, new: Mesh) -> bool:
+    """Whether both have the same triangles, turned over or not, as by a mirror."""
     return np.array_equal(np.sort(old.faces, axis=1), np.sort(new.faces, axis=1))
 
 

@@ -34,7 +34,7 @@ from limbgram.workbench.anatomy.surface_lines import LineSurface, smoothstep
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import displaced
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Kind, Limb
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.sheet import SheetOptions, angle_deg, measuring_sheet
 
@@ -183,6 +183,12 @@ class Repose(Edit):
         after = displaced(limb, points)
         told = note("edit.repose.done", joint=self.joint, by_deg=by_deg, strain=strain)
         return replace(after, notes=(*after.notes, told, angle_finding(limb, after, self.joint)))
+
+    def places_of(self, kind: Kind) -> set[str]:
+        joints = tuple(one for one in kind.joints if one.name == self.joint)
+        read = {one.reads for one in joints if self.to_deg is not None}
+        angles = [one for one in kind.sheet if isinstance(one, Angle) and one.name in read]
+        return kind.names_in((joints, [(one.of, one.to, one.about) for one in angles]))
 
     def repeated(self, after: Limb) -> Edit:
         """The turn by as much: another skin has another angle before it."""

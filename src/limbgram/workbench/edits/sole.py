@@ -18,8 +18,11 @@ from limbgram.workbench.limb import Limb
 
 _PLANTAR_COSINE = 0.25
 """Normals that point down by less than this do not belong to the sole."""
-
-
+SOLE_PLACES = (
+    *("plantar", "foot", "lateral", "heel"),
+    *("first metatarsal head", "fifth metatarsal head", "navicular"),
+)
+"""Directions and landmarks by which a sole is edited."""
 _LOW_SHARE, _EDGE_SHARE, _FINEST_MM = 0.4, 0.015, 1.0
 """Height up to which the foot is refined, and edge length there, as shares of heel to ball."""
 

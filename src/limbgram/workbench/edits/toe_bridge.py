@@ -38,8 +38,10 @@ from limbgram.workbench.edits.cutting import ON_CUT_MM, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import with_surface_added
 from limbgram.workbench.edits.triangle_strip import strip
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Kind, Limb
 
+_PLACES = ("plantar", "foot", "first metatarsal head", "fifth metatarsal head", "second toe")
+"""Directions and landmarks by which toes are bridged."""
 _CELLS_PER_RADIUS = 4.0
 """Cells of the grid across half of the gap."""
 _COARSEST_MM = 2.0
@@ -82,6 +84,9 @@ class ToeBridge(Edit):
             help={"gap_mm": "Breite der breitesten Lücke, die geschlossen wird."},
         ),
     )
+
+    def places_of(self, kind: Kind) -> set[str]:
+        return kind.names_in(_PLACES)
 
     def apply(self, limb: Limb) -> Limb:
         """Make the foot anew beyond the metatarsal heads, its gaps closed.

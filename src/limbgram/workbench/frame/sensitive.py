@@ -88,7 +88,13 @@ def sensitive_place(name: str, kind: KindName | None) -> SensitivePlace | None:
 
 
 def _sensitive_by_identity(kind: KindName | None) -> dict[str, SensitivePlace]:
-    """The places of the kind, or else of any kind, by the identity of each landmark on them."""
-    first = () if kind is None else (kind,)
-    places = [place for one in (*first, *KINDS) for place in SENSITIVE[one]]
-    return {told: place for place in reversed(places) for told in (place.name, *place.also)}
+    """The places of the kind, or else of any kind, by the identity of each landmark on them.
+
+    Of other kinds the place that has the name itself counts before one on which it lies: what is
+    asked before the kind is known is then understood by the kind that has it.
+    """
+    own = () if kind is None else SENSITIVE[kind]
+    every = [place for one in KINDS for place in SENSITIVE[one]]
+    found = {place.name: place for place in reversed(every)}
+    found = {told: place for place in reversed(every) for told in place.also} | found
+    return found | {told: place for place in reversed(own) for told in (place.name, *place.also)}

@@ -37,7 +37,12 @@ from limbgram.workbench.measures.levels import (
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.propagation import PLACE_STEP_MM, Propagated, Subject
+from limbgram.workbench.measures.propagation import (
+    PLACE_STEP_MM,
+    Propagated,
+    Subject,
+    with_limb_heights,
+)
 
 LEVELS, MEASURING_LEVEL = 10, 3
 DIAGONAL_DEG = 30.0
@@ -61,6 +66,14 @@ def cranial_figures(subject: Subject) -> Mapping[str, Propagated]:
     Raises:
         MeasureError: a landmark is missing, or the section at the measuring level is not whole.
     """
+    _, middle_mm = _frame(subject.anatomy)
+    try:
+        return _figures(subject)
+    except MeasureError as error:  # its heights count from the base plane
+        raise with_limb_heights(error, subject.anatomy, middle_mm, 0.0) from error
+
+
+def _figures(subject: Subject) -> Mapping[str, Propagated]:
     whole = _open_height_mm(subject) is None
     here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole, with_gradients=True)
     names = tuple(here)
@@ -77,18 +90,34 @@ def cranial_figures(subject: Subject) -> Mapping[str, Propagated]:
         for name, slope in zip(names, np.stack(rows).T, strict=True):
             found[name][place] = slope
     turned, level = _measuring_level(subject.sigmas, *_frame(subject.anatomy))
-    beyond = {
-        name: turned.extremity_variance(level, one.reaches)
-        for name, one in _level_measures(level).items()
-    }
+    measures = _level_measures(level)
+    beyond = {name: turned.extremity_variance(level, one.reaches) for name, one in measures.items()}
+    lost = {name: turned.lost_along_mm(level, one) for name, one in measures.items()}
+    by_top = _slopes_by_top(turned, level)
     return {
         name: Propagated(
             value=value,
-            by_vertex=gradient,
+            by_vertex=gradient + by_top.get(name, 0.0),
             by_place=found[name],
+            lost=lost.get(name, (0.0, 0.0)),
             extra_variance=beyond.get(name, 0.0),
         )
         for name, (value, gradient) in here.items()
+    }
+
+
+def _slopes_by_top(turned: Sigmas, level: Level) -> dict[str, Float64[np.ndarray, " n"]]:
+    """Changes for a millimetre of each vertex through the highest place, which sets the level."""
+    top = int(turned.mesh.vertices_mm[:, 2].argmax())
+    lift = np.zeros(len(turned.mesh))
+    lift[top] = turned.normals[top, 2] * MEASURING_LEVEL / LEVELS
+    ahead, behind = (
+        _level_measures(level_at(turned.mesh, level.height_mm + step))
+        for step in (PLACE_STEP_MM, -PLACE_STEP_MM)
+    )
+    return {
+        name: (one.value - behind[name].value) / (2 * PLACE_STEP_MM) * lift
+        for name, one in ahead.items()
     }
 
 

@@ -232,15 +232,17 @@ class Sigmas:
             return Figure(sloped.value, None)
         sigma = propagate(self.mesh, self.gradient(level, sloped)) or 0.0
         sigma = math.sqrt(max(sigma**2 + self.extremity_variance(level, sloped.reaches), 0.0))
-        if sloped.along_mm is None or self.mesh.lost_length is None:
-            return Figure(sloped.value, sigma)
+        lost_length_mm, lost_sigma_mm = self.lost_along_mm(level, sloped)
+        return Figure(sloped.value + lost_length_mm, math.hypot(sigma, lost_sigma_mm))
+
+    def lost_along_mm(self, level: Level, sloped: Measured) -> tuple[float, float]:
+        """How much longer a measure along the surface is on the limb, and its sigma."""
+        if sloped.along_mm is None or self.mesh.lost_length is None or self.mesh.sigma_mm is None:
+            return 0.0, 0.0
         parts = np.column_stack([1 - level.shares, level.shares])
         x, y, _ = np.einsum("ke,kei->ik", parts, self.normals[level.crossed])
         ways = unit(np.column_stack([-y, x, np.zeros(len(x))]))
-        lost_length_mm, lost_sigma_mm = self.lost_length_mm(
-            level.crossed, parts, ways, sloped.along_mm
-        )
-        return Figure(sloped.value + lost_length_mm, math.hypot(sigma, lost_sigma_mm))
+        return self.lost_length_mm(level.crossed, parts, ways, sloped.along_mm)
 
     def lost_length_mm(
         self,

@@ -18,7 +18,7 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, HOLDS
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table, heading
-from limbgram.core.tape import PLACING_SIGMA_MM
+from limbgram.core.tape import PLACING_SIGMA_MM, TAPER_SHARES
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import SeparateBody, outer_bodies
@@ -436,12 +436,22 @@ def _check_of_reading(
     sigmas: Sigmas, zero: float, reading: TapeReading, through_mm: tuple[float, float]
 ) -> TapeCheck | Finding:
     """The check of a reading against the shape's girth, or the reason why there is none."""
-    height = reading.height_mm + zero
-    heights = [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]
-    level, *near_levels = levels_at(sigmas.mesh, heights, through_mm)
+    (level,) = levels_at(sigmas.mesh, [reading.height_mm + zero], through_mm)
     if isinstance(level, Refused):
         return _from_reference(level.reason, zero)
     girth = sigmas.figure(level, tape_mm(level))
-    near = [tape_mm(one).value for one in near_levels if not isinstance(one, Refused)]
-    taper_mm = max((abs(one - tape_mm(level).value) for one in near), default=0.0)
+    taper_mm = max(_taper_mm(sigmas, level, way, through_mm) for way in (-1.0, 1.0))
     return check_reading(reading, level.height_mm, girth, taper_mm)
+
+
+def _taper_mm(sigmas: Sigmas, level: Level, way: float, through_mm: tuple[float, float]) -> float:
+    """Change of the girth over the tape's placing error to one side; 0 where none is whole there.
+
+    Beside a brim or a hole it follows, in proportion, from the farthest level that is whole.
+    """
+    steps_mm = [way * PLACING_SIGMA_MM * share for share in TAPER_SHARES]
+    near = levels_at(sigmas.mesh, [level.height_mm + step for step in steps_mm], through_mm)
+    for share, one in zip(TAPER_SHARES, near, strict=True):
+        if not isinstance(one, Refused):
+            return abs(tape_mm(one).value - tape_mm(level).value) / share
+    return 0.0

@@ -246,7 +246,8 @@ def measure_section(
             for pair in moved_slightly
         ]
     except MeasureError as error:
-        raise _with_limb_heights(error, subject.anatomy, first) from error
+        place_mm = first.rotation.T @ first.through_mm
+        raise with_limb_heights(error, subject.anatomy, place_mm, height) from error
     if slopes:
         neighbours.append(
             tuple(first.level_in_frame(level, aside) for aside in (PLACE_STEP_MM, -PLACE_STEP_MM))
@@ -275,13 +276,19 @@ def measure_section(
     return found
 
 
-def _with_limb_heights(error: MeasureError, anatomy: Anatomy, section: CutPlane) -> MeasureError:
-    """The refusal with its heights converted to heights over the limb frame's origin."""
+def with_limb_heights(
+    error: MeasureError, anatomy: Anatomy, place_mm: Vector3, height_mm: float
+) -> MeasureError:
+    """The refusal with its heights converted to heights over the limb frame's origin.
+
+    Args:
+        place_mm: A place on the cutting plane, in the mesh's frame.
+        height_mm: Its height as the refusal counts heights.
+    """
     if anatomy.frame is None:
         return error
-    place_mm = section.rotation.T @ section.through_mm
-    height_mm = float((place_mm - anatomy.origin_mm) @ anatomy.frame[_HEIGHT_AXIS])
-    lift_mm = height_mm - float(section.through_mm[_HEIGHT_AXIS])
+    in_limb_mm = float((place_mm - anatomy.origin_mm) @ anatomy.frame[_HEIGHT_AXIS])
+    lift_mm = in_limb_mm - height_mm
     values = {
         name: value + lift_mm if name in _HEIGHT_VALUES and isinstance(value, float) else value
         for name, value in error.finding.values.items()

@@ -100,6 +100,11 @@ def concerns_on_limb(
         yield Concern(finding=note("recipe.presses_on", each=each), word="", accepted=True)
 
 
+def carves(edit: Edit) -> bool:
+    """Whether it carves in at a place that somebody chooses, which presses there."""
+    return edit.about.effect.at_place == "carves"
+
+
 def not_accepted(concerns: Iterable[Concern]) -> tuple[Concern, ...]:
     """The concerns that need a word which nobody has said."""
     return tuple(one for one in concerns if not one.accepted)
@@ -121,12 +126,11 @@ def as_typed_words(words: Iterable[str]) -> str:
 
 
 def _placed_depth(edit: Edit) -> _PlacedDepth | None:
-    way = edit.about.effect.at_place
-    if way is None:
+    if edit.about.effect.at_place is None:
         return None
     given = vars(edit)
     at = given["at"]
-    return _PlacedDepth(way == "carves", given["depth_mm"], at if isinstance(at, str) else None)
+    return _PlacedDepth(carves(edit), given["depth_mm"], at if isinstance(at, str) else None)
 
 
 def _depth_concerns(

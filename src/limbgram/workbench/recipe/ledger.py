@@ -22,7 +22,7 @@ from limbgram.core.mesh.topology import volume_mm3, with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import LANGUAGES, Finding, told
 from limbgram.workbench.edits.cutting import ON_CUT_MM
-from limbgram.workbench.edits.pressing import changed_vertices, signed_offsets
+from limbgram.workbench.edits.pressing import changed_vertices, same_triangles, signed_offsets
 from limbgram.workbench.edits.regions import roughness_mm, upright_mm
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
@@ -197,7 +197,7 @@ def cut_cover(before: Limb, after: Limb) -> Points3 | None:
 
 def covers_after(covers: Sequence[Points3], before: Limb, after: Limb) -> tuple[Points3, ...]:
     """Caps after an edit that moved the shape but kept its triangles, as turning a joint does."""
-    if not covers or not np.array_equal(after.mesh.faces, before.mesh.faces):
+    if not covers or not same_triangles(before.mesh, after.mesh):
         return tuple(covers)
     tree = KDTree(before.mesh.vertices_mm)
     return tuple(after.mesh.vertices_mm[tree.query(one)[1]] for one in covers)

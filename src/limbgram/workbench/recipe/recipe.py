@@ -23,7 +23,7 @@ from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.notebook import brief
 from limbgram.core.run import track
-from limbgram.findings import Finding, note
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.edits.edit import Edit, name_of
@@ -43,6 +43,7 @@ from limbgram.workbench.measures.lengths import barycentric_on_mesh
 from limbgram.workbench.recipe.consent import (
     Concern,
     as_typed_words,
+    carves,
     concerns_of,
     concerns_on_limb,
     findings_of,
@@ -258,6 +259,9 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
     becomes = effect.volume == "becomes"
     is_wall = becomes or reached.limb is not reached.positive.limb
     said = (note("recipe.becomes_wall"),) if becomes else ()
+    walled = reached.wall_edit is not None and reached.wall_edit.side == "outward"
+    if effect.moves_skin and walled:
+        said = (doubt("recipe.on_wall"),)
     line = Line(
         number=number,
         edit=described_entry(entry),
@@ -311,6 +315,7 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
         if missing:
             raise EditError(
                 "recipe.asks",
+                carves=carves(edit),
                 concerns=findings_of(missing),
                 words=words_for(missing),
                 typed=as_typed_words(words_for(missing)),
@@ -416,6 +421,7 @@ def _require_consent(number: int, entry: Entry, concerns: tuple[Concern, ...]) -
             "recipe.edit.asks",
             number=number,
             edit=described_entry(entry),
+            carves=carves(entry.edit),
             concerns=findings_of(missing),
             words=words_for(missing),
             typed=as_typed_words(words_for(missing)),

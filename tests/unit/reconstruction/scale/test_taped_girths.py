@@ -47,6 +47,20 @@ def test_a_height_counts_from_the_table_and_a_taper_makes_it_less_sure() -> None
     assert held.sigma_mm == pytest.approx(np.hypot(1.5, taper_mm), rel=0.02)
 
 
+def test_a_tape_between_holes_is_no_surer_than_one_on_a_whole_limb() -> None:
+    """3 mm above and below it no girth is whole; nearer there is one."""
+    mesh = barrel(0.0, taper_mm=24.0)
+    middles = mesh.vertices_mm[mesh.faces].mean(1)
+    holed = np.isin(middles[:, 2] // 2, [59, 62]) & (middles[:, 0] > 35)
+    torn = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[~holed])
+    whole, held = (
+        hold_tapes(one, 0.0, (TapedGirth(girth_mm=300, height_mm=121.5),)).found[0]
+        for one in (mesh, torn)
+    )
+    assert held.measured_mm == pytest.approx(whole.measured_mm, abs=0.05)
+    assert held.sigma_mm == pytest.approx(whole.sigma_mm, rel=0.02)
+
+
 def test_a_trunk_is_taped_without_its_arms() -> None:
     """The arms hang beside it, and one of them lies higher than the other."""
     trunk = barrel(12.0)

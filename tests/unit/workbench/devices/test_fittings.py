@@ -132,3 +132,16 @@ def test_the_plate_lies_below_the_end_by_what_is_built() -> None:
     origin = adapter_under(body, layout, values, "knee").alignment.limb_from_plate.translation
     lowest = body.mesh.vertices_mm[:, 2].min()
     assert origin[2] == pytest.approx(lowest - 5.0 - 22.0 - 14.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_foot_is_turned_by_as_much_as_is_told_whatever_the_socket_s_lean(side: str) -> None:
+    """About the line, from the limb's front as it is seen along the line."""
+    body, layout = socket_of(make_stump("right" if side == "right" else "left"))
+    lean = {"flexion_deg": 30.0, "adduction_deg": 20.0, "toe_out_deg": 20.0}
+    alignment = adapter_under(body, layout, values_of(ADAPTER, lean), "knee").alignment
+    _, foot, up = alignment.limb_from_plate.rotation.T
+    front = np.array([0.0, 1.0, 0.0])
+    ahead = front - (front @ up) * up
+    turned = np.degrees(np.arctan2(np.cross(foot, ahead) @ up, foot @ ahead))
+    assert turned * (1 if side == "right" else -1) == pytest.approx(alignment.toe_out_deg)

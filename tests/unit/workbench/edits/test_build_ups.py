@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tests.unit.workbench.edits.conftest import RADIUS_MM, stump
 
+from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
@@ -62,3 +63,19 @@ def test_what_stays_is_named_in_any_language() -> None:
     step = after.landmark("fibula head").position_mm - limb.landmark("fibula head").position_mm
     np.testing.assert_allclose(step, 0, atol=1e-9)
     assert after.notes[-1].values["names"] == ("tibial crest",)
+
+
+@pytest.mark.parametrize("name", ["fibula haed", "patellar tendon"])
+def test_what_stays_has_to_be_of_the_preset(name: str) -> None:
+    """A misspelt name would be built up all the same."""
+    head = Landmark(name="fibula head", position_mm=np.array([RADIUS_MM, 0.0, 100.0]))
+    limb = AlignedLimb(
+        mesh=stump(),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+        kind="transtibial",
+        landmarks=(head,),
+    )
+    with pytest.raises(EditError) as refused:
+        do_edit(limb, BuildUps(without=("tibial crest", name)))
+    assert refused.value.finding.code == "edit.build_ups.without"
+    assert refused.value.finding.values["names"] == (name,)

@@ -179,3 +179,22 @@ def test_a_sock_comes_off_after_a_rough_brim_was_cut_off(scan: Limb) -> None:
     done = replay(Recipe(name="a", entries=entries), rough)
     assert done.limb.sock_mm == 2.3
     assert done.ledger.lines[2].concerns == ()
+
+
+@pytest.mark.parametrize("others", [(), (SPIKES[1],)])
+def test_a_spike_that_cannot_be_laid_back_is_told(scan: Limb, others: tuple[int, ...]) -> None:
+    """A scrap stands in it: laid back, the skin would cut through that."""
+    mesh, at = scan.mesh, SPIKES[0]
+    normals, vertices = mesh.vertex_normals(), mesh.vertices_mm.copy()
+    aside = np.cross(normals[at], [0.0, 0.0, 1.0])
+    scrap = vertices[at] + np.array([-3.0 * normals[at] - aside, -3.0 * normals[at] + aside])
+    scrap = np.vstack([scrap, vertices[at] + 5.0 * normals[at]])
+    vertices[[at, *others]] += SPIKE_MM * normals[[at, *others]]
+    stuck = Mesh(
+        vertices_mm=np.vstack([vertices, scrap]),
+        faces=np.vstack([mesh.faces, len(mesh) + np.arange(3)]).astype(np.int32),
+    )
+    cleaned = do_edit(scan.with_mesh(stuck), Clean(scraps_mm=0, sheets_mm=0, holes_mm=0))
+    said = {one.code: one.values.get("count") for one in cleaned.notes}
+    laid = {"edit.clean.spikes": len(others)} if others else {}
+    assert said == {**laid, "edit.clean.spikes_left": 1}

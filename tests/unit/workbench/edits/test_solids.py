@@ -250,3 +250,21 @@ def test_a_ragged_opening_is_spanned_without_folds() -> None:
     assert not len(find_crossings(closed.vertices_mm, closed.faces, new))
     true = (2 / 3 * RADIUS_MM**3 + RADIUS_MM**2 * (TOP_MM - RADIUS_MM)) * np.pi
     assert volume_mm3(closed) == pytest.approx(true, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["relieve", "load", "room", "pad"])
+def test_what_gives_room_or_pressure_is_not_done_to_the_inside_of_a_wall(
+    solid: Limb, name: str
+) -> None:
+    """Its outward side faces the limb: what relieves a positive would press."""
+    size = (
+        {"falloff_mm": 15.0} if name in ("relieve", "load") else {"width_mm": 30, "height_mm": 30}
+    )
+    for at, refused in (("front", True), ([0.0, OUTER_MM, 100.0], False)):
+        edit = make_edit(name, {"at": at, "depth_mm": 1.0, **size}, "the test")
+        if not refused:
+            do_edit(solid, edit)
+            continue
+        with pytest.raises(EditError) as found:
+            do_edit(solid, edit)
+        assert found.value.finding.code == "edit.region.inside"

@@ -127,6 +127,22 @@ def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
     assert level.others_mm == ((pytest.approx(45 * SMOOTH, rel=3e-5),),) * 2
 
 
+def test_a_volume_s_sigma_counts_limbs_of_which_none_is_told(
+    make_forked: Callable[..., Mesh],
+) -> None:
+    """Two alike arms rise beside the axis: no girth there, but a volume that hangs on the place."""
+    body = make_forked(300.0, (50.0, 50.0))
+    body = body.with_vertices(body.vertices_mm - [150.0, 0.0, 0.0])
+    found = changes_by_level(body, body, (-160.0, 50.0, 100.0), slide_sigma_mm=0.5)
+    assert [level.reason is None for level in found.levels] == [True, False, False]
+    assert found.volume is not None
+    assert found.laid_sigma_mm3 == pytest.approx(0.5 * 2 * UNIT * 2500, rel=1e-3)
+    sure = replace(body, sigma_mm=np.full(len(body), 1e-6, np.float32))
+    last = changes_by_level(sure, sure, (-160.0, 50.0, 100.0), slide_sigma_mm=0.5).levels[-1]
+    assert last.since_last is not None
+    assert last.since_last.sigma == pytest.approx(0.0, abs=5.0)  # both ends slide alike
+
+
 def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
     heights = tuple(np.linspace(-30, 230, 240).tolist())
     table = measure_limb(aligned(cylinder), LimbMeasureOptions(heights_mm=heights))
@@ -495,3 +511,15 @@ def test_a_surface_that_no_photo_measured_is_not_known_exactly(cylinder: Mesh) -
     figures = [*table.rows[0].figures.values(), table.volumes[0].volume_mm3]
     figures += [table.lengths[0].straight, table.lengths[0].over_surface]
     assert [one.sigma for one in figures if one is not None] == [None] * len(figures)
+
+
+@pytest.mark.parametrize("brim_mm", [3.5, 2.0, 0.5])
+def test_a_tape_beside_the_brim_keeps_the_sigma_of_its_height(
+    make_turned: Callable[..., Mesh], brim_mm: float
+) -> None:
+    """A wall that is upright below the tape, and flares by 45 degrees up to a brim over it."""
+    z = np.concatenate([np.linspace(0, 100, 51), 100 + np.linspace(0, brim_mm, 5)[1:]])
+    flared = make_turned(50 + np.maximum(z - 100, 0), z, N, capped=False)
+    reading = TapeReading(height_mm=99.999, girth_mm=50 * SMOOTH, sigma_mm=1.0)
+    (check,) = measure_limb(aligned(flared), LimbMeasureOptions(tape=(reading,))).tape
+    assert check.sigma_mm == pytest.approx(np.hypot(1.0, 3 * CORNERS), rel=0.01)

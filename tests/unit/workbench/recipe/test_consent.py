@@ -367,6 +367,18 @@ def test_the_word_that_is_asked_for_is_taken_on_every_kind() -> None:
             assert not not_accepted(concerns_of(load, said, kind)), (kind, place.name)
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("place", ["iliac spine", "iliac crest", "axilla", "trochanter"])
+def test_the_word_that_is_asked_for_without_a_limb_is_taken_on_the_limb(
+    side: str, place: str
+) -> None:
+    """`edit add` knows no limb; several kinds have a place of that name or beside it."""
+    load = replace(ON_HEAD, at=f"{side} {place}")
+    asked = words_for(concerns_of(load, ()))
+    (entry,) = added(recipe(), load, accept=asked).entries
+    assert not not_accepted(concerns_of(load, entry.accept, "torso")), asked
+
+
 def test_a_word_for_one_side_of_a_trunk_is_none_for_the_other() -> None:
     load = replace(ON_HEAD, at="left iliac spine")
     (said,) = accepted(recipe(load), 1, ("load on right iliac spine",)).entries[0].accept
@@ -417,3 +429,16 @@ def test_a_joint_set_to_an_angle_after_a_load_hides_no_depth() -> None:
     high = Relieve(at="gluteal fold", depth_mm=2.0, falloff_mm=10.0)
     done = replay_as_it_is(recipe(load, turn, high), trunk)
     assert done.ledger.lines[2].concerns == ()
+
+
+@pytest.mark.parametrize("kind", [Load, Relieve])
+def test_only_what_carves_is_said_to_press(kind: type[Load] | type[Relieve]) -> None:
+    deep = kind(at="patellar tendon", depth_mm=12.0, falloff_mm=40.0)
+    with pytest.raises(OptionsError) as not_added:
+        added(recipe(), deep)
+    with pytest.raises(EditError) as not_done:
+        replay(recipe(deep), limb())
+    for refused in (not_added, not_done):
+        presses = "presses there; for room use relieve" in str(refused.value)
+        assert presses == (kind is Load)
+        assert ("has room there" in str(refused.value)) == (kind is Relieve)

@@ -11,8 +11,10 @@ import trimesh
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.edit import Edit
+from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.extension import Extension
 from limbgram.workbench.edits.fill import Fill
+from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.reduction import Reduction
@@ -23,7 +25,13 @@ from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.file import make_edit
-from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, covers_after, lines_of
+from limbgram.workbench.recipe.ledger import (
+    SPACING_MM,
+    choose_levels,
+    covers_after,
+    cut_cover,
+    lines_of,
+)
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 SIDES = 256
@@ -338,3 +346,28 @@ def test_a_flat_shape_keeps_its_levels_apart() -> None:
     levels = choose_levels(cone(30.0, 6.0))
     assert np.allclose(np.diff(levels), 1.0)
     assert levels[0] == pytest.approx(0.5)
+
+
+def test_a_cut_s_cover_is_mirrored_with_the_limb() -> None:
+    """A cap that slopes to one side lies where the other side is after a mirror."""
+    cut = do_edit(cup(50.0, 200.0), PlaneCut(height_mm=120.0, right_deg=20.0, capped=True))
+    cover = cut_cover(cup(50.0, 200.0), cut)
+    assert cover is not None
+    mirrored = do_edit(cut, Mirror(confirmed_side="right"))
+    (found,) = covers_after((cover,), cut, mirrored)
+    np.testing.assert_allclose(found, cover * [-1.0, 1.0, 1.0], atol=1e-9)
+
+
+def test_a_wall_that_is_moved_is_told_to_press_where_it_grows_outwards() -> None:
+    """Its inside, which touches the limb, faces the other way: an offset of 1 mm presses there."""
+    edits = (Wall(thickness_mm=4.0), Offset(distance_mm=1.0), PlaneCut(height_mm=150.0))
+    recipe = Recipe(name="w", entries=tuple(Entry(edit=one) for one in edits))
+    wall, moved, cut = replay(recipe, cup(50.0, 200.0, step_mm=5.0)).ledger.lines
+    at = 3
+    before, after = wall.after.girths_mm[at], moved.after.girths_mm[at]
+    assert before is not None
+    assert after == pytest.approx(before - 2 * math.pi, abs=0.1)
+    assert moved.displacement is not None
+    assert moved.displacement.largest_mm > 0.9
+    told = ["recipe.on_wall" in [one.code for one in line.told] for line in (wall, moved, cut)]
+    assert told == [False, True, False]
