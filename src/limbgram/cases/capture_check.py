@@ -191,14 +191,16 @@ class CaptureWatch:
                 aside=len(photos.set_aside),
                 left_out=left_out(photos.set_aside),
             )
-        fresh = tuple(one for one in photos.photos if _copy_key(one) not in self._copies)
+        # Before the copies are made: a mask that is painted anew meanwhile gets another copy.
+        keys = [_copy_key(one) for one in photos.photos]
+        fresh = {key: one for key, one in zip(keys, photos.photos) if key not in self._copies}
         if fresh:
             folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
-            copies = run(reduce_photos, replace(photos, photos=fresh), folder)
-            self._copies |= dict(zip(map(_copy_key, fresh), copies.photos))
+            copies = run(reduce_photos, replace(photos, photos=tuple(fresh.values())), folder)
+            self._copies |= dict(zip(fresh, copies.photos))
         small = tuple(
-            replace(self._copies[_copy_key(one)], name=one.name, camera_idx=one.camera_idx)
-            for one in photos.photos
+            replace(self._copies[key], name=one.name, camera_idx=one.camera_idx)
+            for key, one in zip(keys, photos.photos)
         )
         reduced = replace(photos, photos=small, cameras=_small_cameras(photos))
         return self._coach.check(photos, reduced, run)
