@@ -6,6 +6,7 @@ photo costs the work on that photo, and the placing of all.
 
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
@@ -221,20 +222,26 @@ class CaptureWatch:
         return photo_set(found, [self._read_files[one.path][1] for one in found.photos])
 
 
-def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
-    """The files in the sources, each with its stamp.
+def require_sources(sources: Sequence[Path]) -> None:
+    """Refuse a source that does not exist.
 
     Raises:
-        PhotoError: a source does not exist.
+        PhotoError: there is one.
     """
-    found: dict[Path, _Stamp] = {}
     for source in sources:
         if not source.exists():
             raise PhotoError("photo.missing_path", source=str(source))
+
+
+def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
+    """The files that are in the sources now, each with its stamp."""
+    found: dict[Path, _Stamp] = {}
+    for source in sources:
         inside = source.is_dir()
-        for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
-            if file.is_file() and not (inside and file.name.startswith(".")):
-                found[file] = stamp_of(file)
+        with suppress(FileNotFoundError):  # a file or the folder vanished during this look
+            for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
+                if file.is_file() and not (inside and file.name.startswith(".")):
+                    found[file] = stamp_of(file)
     return found
 
 
