@@ -1,6 +1,7 @@
 """What `limbgram check` says on the terminal: the answer first, then what it rests on."""
 
 import errno
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -125,3 +126,16 @@ def test_a_watch_of_what_was_never_there_is_refused(tmp_path: Path) -> None:
     answer = CliRunner().invoke(app, ["check", str(tmp_path / "fotos"), "--watch"])
     assert answer.exit_code == 3, answer.output
     assert "fotos" in answer.stderr
+
+
+def test_what_is_said_while_it_waits_is_json_where_json_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("limbgram.cli.check.CaptureWatch", Watch)
+    monkeypatch.setattr("limbgram.cli.check._POLL_S", 0.01)
+    (tmp_path / "one.jpg").touch()
+    answer = CliRunner().invoke(app, ["check", str(tmp_path), "--watch", "--json"])
+    assert json.loads(answer.stdout)["go"] is True
+    events = [json.loads(line) for line in answer.stderr.splitlines()]
+    assert [one["event"] for one in events] == ["said"]
+    assert "can be read" in events[0]["line"]
