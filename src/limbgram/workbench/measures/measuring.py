@@ -16,6 +16,7 @@ import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, HOLDS
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table, heading
 from limbgram.core.tape import PLACING_SIGMA_MM
@@ -142,6 +143,8 @@ class Measures:
     skin: Skin = "only"
     """Which of a wall's two skins the figures are of; the areas and volumes of an outside are those
     of the material."""
+    outer_mesh: Mesh
+    """What of the shape its wall was measured on, in the limb frame: without bodies left out."""
     wall: Thickness | None = None
     """Thickness of the wall, in the limb frame; None if the shape is no wall."""
     through_mm: tuple[float, float] = AXIS_MM
@@ -287,6 +290,7 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
         skin="outside" if is_two_skinned(levels) else "only",
+        outer_mesh=sigmas.mesh,
         wall=wall_thickness(sigmas.mesh),
         through_mm=through_mm,
     )
@@ -300,7 +304,7 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
     """
     found = measure_limb(inside_of(limb), options)
     whole = outer_bodies(limb.aligned().mesh_in_limb).mesh
-    return replace(found, skin="inside", wall=wall_thickness(whole))
+    return replace(found, skin="inside", outer_mesh=whole, wall=wall_thickness(whole))
 
 
 def check_one_reading(found: Measures, reading: TapeReading) -> TapeCheck | Finding:
