@@ -188,7 +188,8 @@ class Measures:
         reach = COVER * np.array([figure.sigma or 0.0 for _, figure in known])
         axes.plot(values, heights, marker=".")
         axes.fill_betweenx(heights, values - reach, values + reach, alpha=0.3)
-        axes.set(xlabel=heading(name), ylabel=f"height from {self.reference_name} [mm]")
+        axes.set_xlabel(heading(name))
+        axes.set_ylabel(f"height from {self.reference_name} [mm]", parse_math=False)
         return axes
 
     def _repr_html_(self) -> str:
