@@ -3,6 +3,7 @@ import { Vector3 } from "three";
 
 import type { Pixel } from "../geometry/nearest";
 import type { Section } from "../geometry/section";
+import { dragged } from "./drag";
 import { type Box, el } from "./svg";
 import type { Viewer } from "./viewer";
 
@@ -94,27 +95,15 @@ export class Ruler {
   }
 
   private listen(): void {
-    let dragging = false;
-    this.flag.addEventListener("pointerdown", (event) => {
-      dragging = true;
-      this.flag.setPointerCapture(event.pointerId);
-      event.preventDefault();
-      this.flag.focus();
-    });
     const at = (event: PointerEvent) => {
       const [low, high] = this.shown.span ?? [0, 0];
       const y = event.clientY - this.svg.getBoundingClientRect().top;
       return Math.round(Math.min(high, Math.max(low, this.heightAt(y))));
     };
-    this.flag.addEventListener("pointermove", (event) => {
-      if (dragging) this.shown.onLevel?.(at(event), false);
+    this.flag.addEventListener("pointerdown", (down) => {
+      this.flag.focus();
+      dragged(down, (now, done) => this.shown.onLevel?.(at(now), done));
     });
-    const end = (event: PointerEvent) => {
-      if (dragging) this.shown.onLevel?.(at(event), true);
-      dragging = false;
-    };
-    this.flag.addEventListener("pointerup", end);
-    this.flag.addEventListener("pointercancel", end);
     this.flag.addEventListener("keydown", (event) => {
       const ways: Record<string, number> = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
       const way = ways[event.key];
