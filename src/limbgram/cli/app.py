@@ -44,7 +44,7 @@ _LIBRARIES = ("argon2", "cryptography", "fastapi", "segno", "uvicorn")
 app_command = typer.Typer(help=_HELP, invoke_without_command=True, rich_markup_mode="markdown")
 users_app = typer.Typer(help=_USERS_HELP, no_args_is_help=True, rich_markup_mode="markdown")
 
-CasesOption = Annotated[Path, typer.Option(help="Folder of the cases; made where there is none.")]
+CasesOption = Annotated[Path, typer.Option(help="Folder of the cases of the app.")]
 CASES = ServeOptions.cases
 Name = Annotated[str, typer.Argument(help="The user's name, such as 'A. Meier'.")]
 FromInput = Annotated[
