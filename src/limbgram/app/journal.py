@@ -6,7 +6,8 @@ Out     SHELF/access/log.jsonl, to which lines are only appended. None identifie
 Method  Each line has a seal: an HMAC of the seal before it and of its own text. The key and the
         last seal are kept outside the shelf, in the account's own folder: whoever can write in the
         shelf alone can neither seal a line nor cut off the end unnoticed. Lines from before there
-        was a key, or from another machine, are not proved.
+        was a key, or from another machine, are not proved: a digest says whether they are as they
+        were when the key was made.
 Fails   OSError: the line cannot be written. OptionsError: the key cannot be written.
         CaseError: the key is gone.
 """
@@ -58,7 +59,8 @@ class Line:
     act: Act | None
     """None: it cannot be read, or lines were cut off here, at the end."""
     whole: bool
-    """False: it was changed, or a line before it was removed or inserted."""
+    """False: it was changed, or a line before it was removed or inserted; of a line that is not
+    proved: since there is the key."""
     proved: bool
     """By the key; False: it was written before there was one, or on another machine."""
 
@@ -72,6 +74,8 @@ class _Anchor:
     """Seal of the last line."""
     since: int
     """Bytes of the log that were written before there was this key."""
+    earlier: str = ""
+    """SHA-256 of these bytes; empty where nobody noted it."""
 
 
 def state_folder() -> Path:
@@ -156,10 +160,13 @@ class Journal:
         anchor = self._anchor()  # before the lines: another may be written meanwhile
         seal, at, missing = _FIRST, 0, anchor.last != _FIRST
         with self.file.open("rb") if self.file.is_file() else io.BytesIO() as stream:
+            same = _digest(stream.read(anchor.since)) == anchor.earlier
+            stream.seek(0)
             for content in iter(lambda: stream.readline(_LONGEST_LINE), b""):
                 act, proved = _act(content), at >= anchor.since
                 sealed = b"" if act is None else _sealed(anchor.key if proved else "", seal, act)
-                yield Line(act=act, whole=sealed == content, proved=proved)
+                earlier = same and not proved and act is not None
+                yield Line(act=act, whole=earlier or sealed == content, proved=proved)
                 seal, at = _seal_of(content), at + len(content)
                 missing = missing and seal != anchor.last
         if missing:
@@ -173,7 +180,9 @@ class Journal:
         content = self.file.read_bytes() if self.file.is_file() else b""
         lines = content.splitlines(keepends=True)
         last = _seal_of(lines[-1]) if lines else _FIRST
-        return _Anchor(key=secrets.token_hex(32), last=last, since=len(content))
+        return _Anchor(
+            key=secrets.token_hex(32), last=last, since=len(content), earlier=_digest(content)
+        )
 
     def _put(self, anchor: _Anchor) -> None:
         make_private(self.anchors)
@@ -220,6 +229,10 @@ def _last_seal(file: int, anchor: _Anchor) -> str:
     # A line may have come without its end, or the power may have gone before it was noted outside.
     ours = lines and (act is None or _sealed(anchor.key, before, act).rstrip() == lines[-1])
     return last if ours and before == anchor.last else anchor.last
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _seal_of(content: bytes) -> str:

@@ -20,7 +20,7 @@ from limbgram.core.interval import COVER
 from limbgram.services.align import AlignRequest, align, propose
 from limbgram.workbench.anatomy.kind import Facing
 from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
-from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
+from limbgram.workbench.frame.painted_marks import find_marks
 from limbgram.workbench.frame.suggested_landmarks import guess_places
 from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Placed, Side
 
@@ -208,7 +208,7 @@ def delete_place(app_state: AppStateHere, workspace: WorkspaceHere, name: NameHe
 @router.get("/cases/{case_id}/limb/marks")
 def list_marks(app_state: AppStateHere, workspace: WorkspaceHere) -> list[Mark]:
     """Painted spots on the surface, the plainest first: guesses for places."""
-    found = find_marks(app_state.shape_cache.shape(workspace).limb.mesh, MarkOptions())
+    found = find_marks(app_state.shape_cache.shape(workspace).limb.mesh)
     return [
         Mark(
             position_mm=triple(one.position_mm),

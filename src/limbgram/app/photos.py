@@ -29,7 +29,7 @@ from limbgram.cases.uploads import (
     limit_of,
 )
 from limbgram.core.errors import OptionsError
-from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
+from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture, to_look_at
 
 router = APIRouter(tags=["photos"])
 
@@ -287,7 +287,8 @@ def _reduced(path: FilePath, width: int, *, upright: bool) -> bytes:
     try:
         with open_picture(path) as picture:
             picture.draft("RGB", (width, width))
-            turned = ImageOps.exif_transpose(picture) if upright else picture
+            shown = to_look_at(picture)
+            turned = ImageOps.exif_transpose(shown) if upright else shown
             small = turned.convert("RGB")
     except DECODING_FAULTS as fault:
         raise missing("app.photo_damaged") from fault

@@ -50,6 +50,8 @@ _EVENTS_PER_S = 200.0
 """Of all workers together: a load that a scheduler does not notice."""
 _LEAST_EVENT_STEP_S = 0.5
 _LISTED_AT_MOST = 5
+_PATIENCE_S = 600.0
+"""How long to try to reach a scheduler that was lost."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +69,6 @@ class ClusterOptions:
     """Captures submitted at a time, at most; None: all, and the scheduler queues them."""
     attempts: int = 3
     """For a capture whose process or worker dies."""
-    patience_s: float = 600.0
-    """How long to try to reach a scheduler that was lost."""
     module: str = MODULE
     """What the process of an attempt runs."""
 
@@ -145,7 +145,7 @@ class ClusterRun:
                     finally:
                         client.cancel([one.future for one in self._submitted.values()], force=True)
             except OptionsError:
-                if first or (lost_at and time.monotonic() - lost_at > self.options.patience_s):
+                if first or (lost_at and time.monotonic() - lost_at > _PATIENCE_S):
                     raise
                 lost_at = lost_at or time.monotonic()
                 time.sleep(_RECONNECT_STEP_S)

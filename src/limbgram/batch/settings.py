@@ -302,7 +302,7 @@ board = "charuco:7x5:30:22:4X4_50"   # or a board file of `limbgram print`, or "
 # memory_gb = 8                  # of each case
 
 side = "left"                    # left, right or none: needed to align
-kind = "transtibial"             # transtibial, transfemoral, foot or torso
+kind = "transtibial"             # transfemoral, foot, torso, head, arm, cast or socket
 
 [align]                          # gives the surface its axes
 stickers = "stickers.json"       # {"12": "fibula head"}
@@ -333,8 +333,9 @@ every_mm = 10
 
 # [recipe]                       # edits; what follows is then done to the edited shape
 # file = "recipe.toml"
+# other_scan = true              # though it was made for another surface
 
-[[export]]                       # one for each file: stl ply obj glb vtp dxf aop gcode csv
+[[export]]                       # one for each file: stl 3mf ply obj glb vtp dxf aop gcode xlsx csv
 to = "aop"
 # spokes = 120
 # spacing_mm = 3.0
@@ -344,6 +345,8 @@ to = "stl"
 
 [report]                         # the record of the shape: page, PDF and JSON
 every_mm = 20
+# reference = "patella"
+# align = "as-is"                # with a recipe: how the edited shape is laid on the surface
 
 # [capture.P07]                  # what is other for one of them
 # side = "right"

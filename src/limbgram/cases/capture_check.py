@@ -6,6 +6,7 @@ photo costs the work on that photo, and the placing of all.
 
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
@@ -191,14 +192,16 @@ class CaptureWatch:
                 aside=len(photos.set_aside),
                 left_out=left_out(photos.set_aside),
             )
-        fresh = tuple(one for one in photos.photos if _copy_key(one) not in self._copies)
+        # Before the copies are made: a mask that is painted anew meanwhile gets another copy.
+        keys = [_copy_key(one) for one in photos.photos]
+        fresh = {key: one for key, one in zip(keys, photos.photos) if key not in self._copies}
         if fresh:
             folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
-            copies = run(reduce_photos, replace(photos, photos=fresh), folder)
-            self._copies |= dict(zip(map(_copy_key, fresh), copies.photos))
+            copies = run(reduce_photos, replace(photos, photos=tuple(fresh.values())), folder)
+            self._copies |= dict(zip(fresh, copies.photos))
         small = tuple(
-            replace(self._copies[_copy_key(one)], name=one.name, camera_idx=one.camera_idx)
-            for one in photos.photos
+            replace(self._copies[key], name=one.name, camera_idx=one.camera_idx)
+            for key, one in zip(keys, photos.photos)
         )
         reduced = replace(photos, photos=small, cameras=_small_cameras(photos))
         return self._coach.check(photos, reduced, run)
@@ -219,20 +222,26 @@ class CaptureWatch:
         return photo_set(found, [self._read_files[one.path][1] for one in found.photos])
 
 
-def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
-    """The files in the sources, each with its stamp.
+def require_sources(sources: Sequence[Path]) -> None:
+    """Refuse a source that does not exist.
 
     Raises:
-        PhotoError: a source does not exist.
+        PhotoError: there is one.
     """
-    found: dict[Path, _Stamp] = {}
     for source in sources:
         if not source.exists():
             raise PhotoError("photo.missing_path", source=str(source))
+
+
+def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
+    """The files that are in the sources now, each with its stamp."""
+    found: dict[Path, _Stamp] = {}
+    for source in sources:
         inside = source.is_dir()
-        for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
-            if file.is_file() and not (inside and file.name.startswith(".")):
-                found[file] = stamp_of(file)
+        with suppress(FileNotFoundError):  # a file or the folder vanished during this look
+            for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
+                if file.is_file() and not (inside and file.name.startswith(".")):
+                    found[file] = stamp_of(file)
     return found
 
 

@@ -14,7 +14,7 @@ import typer
 from limbgram.app.options import LOCK_AFTER_MIN, NetworkOptions, ServeOptions
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.request_options import asking
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import RED_EXIT_CODE, OptionsError
 from limbgram.core.run import garbage_collection_paused
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ _LIBRARIES = ("argon2", "cryptography", "fastapi", "segno", "uvicorn")
 app_command = typer.Typer(help=_HELP, invoke_without_command=True, rich_markup_mode="markdown")
 users_app = typer.Typer(help=_USERS_HELP, no_args_is_help=True, rich_markup_mode="markdown")
 
-CasesOption = Annotated[Path, typer.Option(help="Folder of the cases; made where there is none.")]
+CasesOption = Annotated[Path, typer.Option(help="Folder of the cases of the app.")]
 CASES = ServeOptions.cases
 Name = Annotated[str, typer.Argument(help="The user's name, such as 'A. Meier'.")]
 FromInput = Annotated[
@@ -194,7 +194,7 @@ def log_command(
     cases: CasesOption = CASES,
     case: Annotated[str, typer.Option(help="Only what was done with this case.")] = "",
     user: Annotated[str, typer.Option(help="Only what this user did.")] = "",
-    last: Annotated[int, typer.Option(min=1, help="So many lines, the last ones.")] = 50,
+    last: Annotated[int, typer.Option(min=1, help="How many lines are shown, the newest.")] = 50,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Show who did what on the network, and whether the log is as it was written."""
@@ -229,7 +229,7 @@ def log_command(
     return Reply(
         (*shown, said, older) if unproved else (*shown, said),
         {"lines": number, "broken": broken[:100], "unproved": unproved, "acts": list(found)},
-        exit_code=1 if broken else 0,
+        exit_code=RED_EXIT_CODE if broken else 0,
     )
 
 

@@ -60,8 +60,8 @@ def batch_command(
     """Reconstruct a folder of captures: a case, measures and files of each, and one table.
 
     A capture that fails stops no other. Ctrl-C stops all; the same command continues, and a later
-    run computes only what has changed. batch.html, batch.csv and batch.json in the folder of the
-    cases say what became of each; the exit code is that of the worst.
+    run computes only what has changed. batch.html, batch.xlsx, batch.csv and batch.json in the
+    folder of the cases say what became of each; the exit code is that of the worst.
     """
     if example:
         return Reply(tuple(EXAMPLE.splitlines()), {"example": EXAMPLE})

@@ -10,12 +10,18 @@ from typing import Annotated
 import typer
 
 from limbgram.capture.answer import CaptureCheck
-from limbgram.cases.capture_check import CaptureWatch, CheckRequest, check_sources, stamps_of
+from limbgram.cases.capture_check import (
+    CaptureWatch,
+    CheckRequest,
+    check_sources,
+    require_sources,
+    stamps_of,
+)
 from limbgram.cli.progress import Display, display
 from limbgram.cli.reconstruct import NoBoard, board_word
 from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
-from limbgram.core.errors import OptionsError, PhotoError, printable
+from limbgram.core.errors import OptionsError, PhotoError, disk_finding, printable
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
@@ -103,6 +109,7 @@ def _watched(
     """The first GO; answers before it are shown as they come."""
     if any(is_video(source) for source in sources):
         raise OptionsError("options.check.watch_of_video")
+    require_sources(sources)
     checked: Mapping[Path, tuple[int, int]] | None = None
     with CaptureWatch(ask.calibrations(), ask.scale_board(), masks=ask.masks) as watch:
         while True:
@@ -115,6 +122,9 @@ def _watched(
                 found = watch.check(sources, Run(listener=screen.listen))
             except PhotoError as waiting:
                 screen.say(printable(spoken(waiting.finding)))
+                continue
+            except FileNotFoundError as gone:  # a file that vanished during the check
+                screen.say(printable(spoken(disk_finding(gone))))
                 continue
             if found.go:
                 return found

@@ -27,9 +27,7 @@ def device_command(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "-o", "--out", help="Folder for its files.", show_default="beside SHAPE, named so"
-        ),
+        typer.Option("-o", "--out", help="Folder for its files.", show_default="SHAPE-DEVICE"),
     ] = None,
     listed: Annotated[
         bool,

@@ -98,9 +98,9 @@ def landmarks_asked(limb: Limb, ask: MarksRequest, seen: Seen | None) -> tuple[L
 
 
 def _on_shape(limb: Limb, colour: tuple[int, int, int] | None) -> Seen:
-    from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
+    from limbgram.workbench.frame.painted_marks import find_marks
 
-    found = find_marks(limb.mesh, MarkOptions(colour=colour))
+    found = find_marks(limb.mesh, colour)
     lines = [
         f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "
         f"{_place(mark.position_mm)}"

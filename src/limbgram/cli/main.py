@@ -38,13 +38,13 @@ work in a browser.
 - **0**: done
 - **1**: a bug of ours: please report the traceback
 - **2**: an option cannot be used
-- **3**: photos, camera file or case folder cannot be read, or the folder not written
-- **4**: the photos cannot give the answer: the message says why and what to do
+- **3**: photos, a shape, a camera file or a case folder cannot be read, or the folder not written
+- **4**: photos or shape cannot give the answer: the message says why and what to do
 - **5**: a file could not be written and verified
 - **6**: the system or a library ended the program; the same command continues
 - **7**: done, and the verdict is RED: files are written and named so (surface-RED.stl); make
-  nothing from them unchecked. GREEN and AMBER end with 0. Also: a kit that failed its test, and
-  a `check` that did not answer GO
+  nothing from them unchecked. GREEN and AMBER end with 0. Also: a kit that failed its test, a
+  `check` that did not answer GO, and a log of the app that is not as it was written
 - **8**: the test of a kit could neither be passed nor failed
 - **130**: stopped by Ctrl-C or SIGTERM; the same command continues
 

@@ -80,7 +80,10 @@ class Display:
             self.say(f"{stage_title(self._stage):<28}{time.monotonic() - self._since:7.1f} s")
 
     def say(self, line: str) -> None:
-        """Show a line above the bar."""
+        """Show a line above the bar, or as a JSON event."""
+        if self.kind == "json":
+            self.show({"event": "said", "line": line})
+            return
         self.bars.console.print(line, markup=False)
 
 

@@ -171,7 +171,7 @@ def _option(field: Declared, of: Mapping[str, Declared] | None = None) -> inspec
     if words:  # typer repeats options of an Enum, not of a Literal
         each = Enum(field.name, [(one, one) for one in words])
     hint = list[each] if several else each
-    meaning = f"{', '.join(of)}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
+    meaning = _meaning_by_kind(of) if of else f"{field.meaning}{_limits(field)}"
     switch = field.hint is bool
     option = typer.Option(
         f"--{field.flag}",
@@ -186,6 +186,14 @@ def _option(field: Declared, of: Mapping[str, Declared] | None = None) -> inspec
         default=... if needed else False if switch else None,
         annotation=Annotated[hint if needed or switch else hint | None, option],
     )
+
+
+def _meaning_by_kind(of: Mapping[str, Declared]) -> str:
+    """What the field means, after the kinds for which it means it."""
+    kinds: dict[str, list[str]] = {}
+    for kind, field in of.items():
+        kinds.setdefault(field.meaning, []).append(kind)
+    return " ".join(f"{', '.join(named)}: {meaning}" for meaning, named in kinds.items())
 
 
 def _limits(field: Declared) -> str:

@@ -25,7 +25,7 @@ from limbgram.core.run import Run
 from limbgram.formats.dxf_r12 import write_polyface_dxf
 from limbgram.formats.gcode.writing import write_gcode
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
-from limbgram.reconstruction.matching.windows import WindowOptions, build_pyramid, follow
+from limbgram.reconstruction.matching.windows import build_pyramid, follow
 from limbgram.reconstruction.measuring.measurement import measure
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
@@ -107,7 +107,7 @@ def _follow() -> None:
     """Track a point between photos, which the small photos of the capture do not need."""
     noise = np.random.default_rng(1).integers(0, 256, (128, 128), dtype=np.uint8)
     photo, expected = build_pyramid(noise), np.array([[64.0, 1.0, 0.0, 64.0, 0.0, 1.0]])
-    follow(photo, photo, expected[:, [0, 3]], expected, WindowOptions())
+    follow(photo, photo, expected[:, [0, 3]], expected)
 
 
 def _appears(capture: Path) -> bool:

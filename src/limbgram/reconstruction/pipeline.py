@@ -47,7 +47,6 @@ from limbgram.reconstruction.mapping.verdicts import refuse_contradicted
 from limbgram.reconstruction.matching.coded_marks import CodedKeypoints
 from limbgram.reconstruction.matching.matching import (
     Matches,
-    MatchingOptions,
     match,
     match_what_there_is,
 )
@@ -129,23 +128,22 @@ class PipelineOptions:
     photos: PhotoOptions = field(default_factory=PhotoOptions)
     features: FeatureOptions = field(default_factory=FeatureOptions)
     """Keypoints that photos are placed by where reduced ones do not place them all."""
-    matching: MatchingOptions = field(default_factory=MatchingOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
     marks: MarkOptions = field(default_factory=MarkOptions)
-    """How it is found that the limb moved."""
+    """How coded marks are found in the photos."""
     scale: ScaleOptions = field(default_factory=ScaleOptions)
     region: RegionOptions = field(default_factory=RegionOptions)
     surface: SurfaceMethod = "ball-pivoting"
     """How points become a surface: Ball Pivoting or Poisson."""
     parts: PartOptions = field(default_factory=PartOptions)
-    edge_px: float = 4.5
-    """Edges of the mesh that is measured, in pixels of the photos."""
     most_triangles: int = MOST_TRIANGLES
-    """Its triangles at most, those of all parts together."""
+    """Triangles of the mesh that is measured, at most, those of all parts together."""
     measuring: MeasureOptions = field(default_factory=MeasureOptions)
 
 
 DEFAULTS = PipelineOptions()
+_EDGE_PX = 4.5
+"""Edges of the mesh that is measured, in pixels of the photos."""
 _FEWEST_REDUCED = 2000
 _ENOUGH_REDUCED = 1800
 """Keypoints in the middle one of reduced photos. Sparse paint shows fewer, and none to spare: of
@@ -335,7 +333,7 @@ def _measured(
         metric,
         coarse,
         beside_mm2=sum(part.area_mm2 for part in parts.parts if part.number != number),
-        edge_px=options.edge_px,
+        edge_px=_EDGE_PX,
         most_triangles=options.most_triangles,
         depth_share=share,
         memory_mb=run.memory_mb,
@@ -411,7 +409,7 @@ def _by_marks(
     if not shared_marks(marks):
         return None
     features, still = _moving_keypoints(photos, options.features, run)
-    matches = still.moving_matches(run(match_what_there_is, photos, features, options.matching))
+    matches = still.moving_matches(run(match_what_there_is, photos, features))
     by_paint = 0 if before is None else len(before.scene.placed)
     shown = MarkedPhotos(
         photos=photos,
@@ -487,7 +485,7 @@ def _by_reduced(
         features, still = _moving_keypoints(photos, reduced, run)
         if np.median([len(keypoints) for keypoints in features.keypoints]) < _ENOUGH_REDUCED:
             return note("placing.reduced.few_points")
-        matches = still.moving_matches(run(match, photos, features, options.matching))
+        matches = still.moving_matches(run(match, photos, features))
         pairs = run(verify, photos, matches, cameras)
         rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)
         if lacking := _lacking(rough):
@@ -652,7 +650,7 @@ def _by_full_size(
     found: BoardDetections | None,
 ) -> Placing:
     features, still = _moving_keypoints(photos, options.features, run)
-    matches = still.moving_matches(run(match, photos, features, options.matching))
+    matches = still.moving_matches(run(match, photos, features))
     pairs = run(verify, photos, matches, cameras)
     unplaced = Unplaced(
         photos=photos,

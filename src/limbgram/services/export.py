@@ -175,7 +175,7 @@ class Gcode:
     spindle_start_s: Annotated[float | None, Flag("spindle-start")] = None
     """Seconds to wait for the spindle."""
     coolant: Coolant | None = None
-    """M7, M8 or none."""
+    """Mist by M7, flood by M8, or none."""
     program_number: int | None = None
     """O number for fanuc."""
     write_machine: Path | None = None

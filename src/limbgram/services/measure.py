@@ -16,6 +16,7 @@ import numpy as np
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import AtMost, Flag, Panel, Within
 from limbgram.core.spreadsheet import Decimal, csv_of, xlsx_of
@@ -191,7 +192,7 @@ def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> 
         else None
     )
     found = Sheet(measures=measures, fitted=fitted, written=(), form=form, along=along)
-    return replace(found, written=tuple(_written(limb, found, files)))
+    return replace(found, written=tuple(_written(found, files)))
 
 
 def workbook(found: Sheet) -> bytes:
@@ -207,7 +208,7 @@ def _standing(limb: Limb) -> AlignedLimb:
     return limb.with_frame(LimbFrame(limb_from_mesh=up, side="none"))
 
 
-def _written(limb: AlignedLimb, found: Sheet, files: MeasureFiles) -> Iterator[Path]:
+def _written(found: Sheet, files: MeasureFiles) -> Iterator[Path]:
     measures, fitted, form = found.measures, found.fitted, found.form
     if files.xlsx is not None:
         yield write_bytes(files.xlsx, workbook(found))
@@ -218,7 +219,7 @@ def _written(limb: AlignedLimb, found: Sheet, files: MeasureFiles) -> Iterator[P
     if files.fit is not None and fitted is not None:
         yield write_limb(fitted.limb, files.fit)
     if files.walls is not None and measures.wall is not None:
-        yield write_bytes(files.walls, _map(limb, measures.wall))
+        yield write_bytes(files.walls, _map(measures.outer_mesh, measures.wall))
     if files.sheet_csv is not None and form is not None:
         yield write_bytes(files.sheet_csv, csv_of(form.table(), files.decimal).encode())
 
@@ -231,9 +232,8 @@ def _picture(measures: Measures) -> bytes:
     return png(sections_drawing(measures).figure).tobytes()
 
 
-def _map(limb: AlignedLimb, wall: Thickness) -> bytes:
+def _map(mesh_in_limb: Mesh, wall: Thickness) -> bytes:
     from limbgram.report.drawings.drawing import png
     from limbgram.report.drawings.wall_thickness import wall_map
 
-    whole = outer_bodies(limb.mesh_in_limb).mesh  # what the wall was measured on
-    return png(wall_map(whole, wall).figure).tobytes()
+    return png(wall_map(mesh_in_limb, wall).figure).tobytes()

@@ -99,8 +99,9 @@ class PrintRequest:
             if self.camera is not None or film != (None, None):
                 raise OptionsError("options.print.lens_alone")
             return SheetOptions.pixel_mm if self.pixel_mm is None else self.pixel_mm
-        by_lens = (self.camera is not None, None not in film)
-        if self.pixel_mm is not None or sum(by_lens) != 1 or not self.distance_mm > 0:
+        by_lens = self.camera is not None, film != (None, None)
+        by_half = film.count(None) == 1
+        if self.pixel_mm is not None or sum(by_lens) != 1 or by_half or not self.distance_mm > 0:
             raise OptionsError("options.print.pixel")
         if self.camera is not None:
             return self.distance_mm / read_camera(self.camera).camera.fx

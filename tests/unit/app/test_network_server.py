@@ -396,7 +396,27 @@ def test_a_log_of_before_there_was_a_key_goes_on_and_is_not_called_proved(tmp_pa
     journal.write("A", "", "three")
     found = [(one.act.act if one.act else "", one.proved) for one in journal.lines()]
     assert found == [("one", False), ("two", False), ("three", True)]
-    assert [one.whole for one in journal.lines()][-1]
+    assert all(one.whole for one in journal.lines())
+
+
+def test_a_log_whose_key_stayed_behind_is_unproved_and_not_called_changed(tmp_path: Path) -> None:
+    """As on another machine, before the app runs there and afterwards."""
+    journal = Journal(tmp_path / "access")
+    show = ["app", "log", "--cases", str(tmp_path)]
+    journal.write("A", "", "one")
+    journal.write("A", "", "two")
+    journal.anchor_file.unlink()
+    moved = CliRunner().invoke(app, show)
+    assert moved.exit_code == 0, moved.output
+    assert "The first 2 lines were not written with this account" in moved.output
+    journal.begin()
+    journal.write("A", "", "three")
+    later = CliRunner().invoke(app, show)
+    assert later.exit_code == 0, later.output
+    written = journal.file.read_bytes()
+    for changed in (written.replace(b"one", b"eno"), written.partition(b"\n")[2]):
+        journal.file.write_bytes(changed)
+        assert CliRunner().invoke(app, show).exit_code == 7
 
 
 @pytest.mark.parametrize("lost", ["file", "folder", "damaged"])
@@ -642,7 +662,7 @@ def test_users_are_kept_by_commands(tmp_path: Path) -> None:
     assert f"add_user {NAME}" in shown.output
     log = tmp_path / "cases" / "access" / "log.jsonl"
     log.write_bytes(log.read_bytes().replace(b"add_user", b"bad_user"))
-    assert run(app, ["app", "log", *cases]).exit_code == 1
+    assert run(app, ["app", "log", *cases]).exit_code == 7
     assert run(app, ["app", "--address", "127.0.0.1", *cases]).exit_code == 2
     assert run(app, ["app", "--network", "--no-browser", *cases]).exit_code == 2, "no users"
 

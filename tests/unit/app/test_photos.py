@@ -7,6 +7,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from fastapi.testclient import TestClient
@@ -310,3 +311,17 @@ def test_a_picture_is_turned_for_people_and_not_for_measuring(
     assert shown.size == (40, 53)
     stored = client.get(f"{photos}/IMG_1.jpg/picture?width=40&upright=false").content
     assert Image.open(io.BytesIO(stored)).size == (40, 30)
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_photo_of_12_bits_is_shown_as_bright_as_it_is(
+    client: TestClient, photos: str, channels: int
+) -> None:
+    """As converters write them: at the lower end of sixteen bits."""
+    ramp = np.tile(np.linspace(0, 4095, 320).astype(np.uint16), (240, 1))
+    deep = ramp if channels == 1 else np.dstack([ramp] * channels)
+    content = cv2.imencode(".png", deep)[1].tobytes()
+    assert client.put(f"{photos}/deep.png", content=content).json()["whole"]
+    picture = client.get(f"{photos}/deep.png/picture?width=320").content
+    shown = np.asarray(Image.open(io.BytesIO(picture)).convert("L")).astype(int)
+    assert np.abs(shown[120] - np.linspace(0, 255, 320)).max() < 6

@@ -18,9 +18,10 @@ from limbgram.batch.settings import (
 )
 from limbgram.core.errors import OptionsError
 from limbgram.core.request_fields import declared
-from limbgram.services.export import Aop, Triangles
+from limbgram.services.export import EXPORTS, Aop, Triangles
 from limbgram.services.measure import MeasureRequest
 from limbgram.services.reconstruct import ReconstructRequest
+from limbgram.workbench.anatomy.known_kinds import KINDS
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -41,7 +42,10 @@ def test_the_example_is_taken_and_shows_every_setting(tmp_path: Path) -> None:
     assert [one.name for one in fields(Settings) if getattr(shown, one.name) is None] == []
     assert set(shown.reconstruct) == {one.name for one in declared(ReconstructRequest)}
     assert set(everything.of_one) == {"P07"}
-    for table in (shown.align, shown.measure):
+    for word, names in (("kind = ", KINDS), ("[[export]]", EXPORTS)):
+        line = next(line for line in EXAMPLE.splitlines() if line.startswith(word))
+        assert set(names) <= set(re.findall(r"\w+", line))
+    for table in (shown.align, shown.measure, shown.report, shown.recipe):
         assert table is not None
         assert all(getattr(table, one.name) != one.default for one in fields(table) if one.name
                    not in ("unaligned", "flexion_deg", "every_mm"))  # fmt: skip

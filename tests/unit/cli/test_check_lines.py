@@ -1,5 +1,7 @@
 """What `limbgram check` says on the terminal: the answer first, then what it rests on."""
 
+import errno
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -88,3 +90,52 @@ def test_while_it_waits_it_speaks_the_language_of_the_terminal(
     answer = CliRunner().invoke(app, words, env={"LIMBGRAM_LANGUAGE": "de"})
     assert answer.exit_code == 0, answer.output
     assert "Bisher lesbare Fotos: 1; 2 sind für eine Prüfung nötig." in answer.stderr
+
+
+class VanishingWatch(Watch):
+    """Stands for a CaptureWatch: the second photo vanishes while it is checked; then it is GO."""
+
+    refusal: type[Exception] = PhotoError
+
+    def check(self, sources: list[Path], _run: object) -> CaptureCheck:
+        second = sources[1]
+        if not second.exists():
+            return replace(check(PHOTO), go=True)
+        second.unlink()
+        if self.refusal is PhotoError:
+            raise PhotoError("photo.gone", photo=second.name, path=str(second))
+        raise FileNotFoundError(errno.ENOENT, "No such file or directory", str(second))
+
+
+@pytest.mark.parametrize("refusal", [PhotoError, FileNotFoundError])
+def test_a_photo_that_vanishes_does_not_end_the_watch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refusal: type[Exception]
+) -> None:
+    monkeypatch.setattr("limbgram.cli.check.CaptureWatch", VanishingWatch)
+    monkeypatch.setattr(VanishingWatch, "refusal", refusal)
+    monkeypatch.setattr("limbgram.cli.check._POLL_S", 0.01)
+    photos = [tmp_path / "one.jpg", tmp_path / "two.jpg"]
+    for photo in photos:
+        photo.touch()
+    answer = CliRunner().invoke(app, ["check", *map(str, photos), "--watch"])
+    assert answer.exit_code == 0, answer.output
+    assert "two.jpg" in answer.stderr
+
+
+def test_a_watch_of_what_was_never_there_is_refused(tmp_path: Path) -> None:
+    answer = CliRunner().invoke(app, ["check", str(tmp_path / "fotos"), "--watch"])
+    assert answer.exit_code == 3, answer.output
+    assert "fotos" in answer.stderr
+
+
+def test_what_is_said_while_it_waits_is_json_where_json_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("limbgram.cli.check.CaptureWatch", Watch)
+    monkeypatch.setattr("limbgram.cli.check._POLL_S", 0.01)
+    (tmp_path / "one.jpg").touch()
+    answer = CliRunner().invoke(app, ["check", str(tmp_path), "--watch", "--json"])
+    assert json.loads(answer.stdout)["go"] is True
+    events = [json.loads(line) for line in answer.stderr.splitlines()]
+    assert [one["event"] for one in events] == ["said"]
+    assert "can be read" in events[0]["line"]

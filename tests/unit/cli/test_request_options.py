@@ -87,6 +87,35 @@ def test_help_says_of_which_kind_a_default_is_where_they_differ() -> None:
     assert told[1].endswith(" Default: 12.")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sections:
+    """A drawing of sections."""
+
+    spacing_mm: float = 10.0
+    """Between sections."""
+    to_mm: float | None = None
+    """Height of the last section."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Carving:
+    """A program that stops."""
+
+    spacing_mm: float = 10.0
+    """Between sections."""
+    to_mm: float | None = None
+    """Where carving stops."""
+
+
+def test_help_says_of_each_kind_what_an_option_means_for_it() -> None:
+    kinds = Kinds({"dxf": Sections, "aop": Sections, "gcode": Carving}, by="to")
+    told = [get_args(one.annotation)[1].help for one in kinds.options()]
+    assert told == [
+        "dxf, aop, gcode: Between sections. Default: 10.",
+        "dxf, aop: Height of the last section. gcode: Where carving stops.",
+    ]
+
+
 @pytest.mark.parametrize(
     ("words", "value"), [(("--every", "0.4"), 0.4), (("--heights-mm", "501"), 501)]
 )

@@ -104,6 +104,16 @@ def test_a_plot_has_the_figures_and_their_band(measures: Measures) -> None:
     assert axes.get_xlabel() == "tape [mm]"
 
 
+def test_a_landmark_with_dollar_signs_is_no_formula_in_a_plot(measures: Measures) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    axes = replace(measures, reference="$__$").plot("tape_mm", figure.subplots())
+    FigureCanvasAgg(figure).draw()
+    assert axes.get_ylabel() == "height from $__$ [mm]"
+
+
 def test_a_mesh_for_trimesh_and_pyvista(mesh: Mesh) -> None:
     other = mesh.to_trimesh()
     np.testing.assert_array_equal(other.vertices, mesh.vertices_mm)

@@ -1,6 +1,8 @@
 """Pictures of comparisons, courses and templates show what changed where it changed."""
 
 from datetime import date
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from matplotlib.colors import Normalize
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import note
+from limbgram.report.drawings.devices import device_drawing
 from limbgram.report.drawings.differences import difference_pictures, paint_of
 from limbgram.report.drawings.drawing import Drawing, png
 from limbgram.report.drawings.mirror_check import mirror_check
@@ -17,6 +21,7 @@ from limbgram.report.record.views import four_sides_of_limb
 from limbgram.workbench.compare.comparison import CompareOptions, compare
 from limbgram.workbench.compare.over_time import FollowOptions, Visit, follow
 from limbgram.workbench.compare.registration import RegistrationOptions
+from limbgram.workbench.devices.making import FinishedDevice
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.templates.chart_field import ANGLES, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
@@ -213,3 +218,15 @@ def test_every_view_of_the_record_says_in_its_corners_what_lies_there(stump) -> 
         {"L": 0.02, "R": 0.98},
         {"F": 0.02, "B": 0.98},
     ]
+
+
+def test_a_zone_at_a_landmark_with_dollar_signs_is_drawn(stump: Limb) -> None:
+    device = SimpleNamespace(en="AFO", measures=lambda _made: ())
+    made = SimpleNamespace(
+        preview=SimpleNamespace(device=device, values={}, made="printed"),
+        solid=stump.mesh,
+        thickness_mm=np.full(len(stump.mesh), 4.0),
+        findings=(note("device.zone", place="$__$", add_mm=1.0, reach_mm=20.0),),
+    )
+    drawn = png(device_drawing(cast(FinishedDevice, made), "right").figure)
+    assert drawn.tobytes().startswith(b"\x89PNG")

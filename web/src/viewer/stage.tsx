@@ -15,7 +15,8 @@ import { cut, heightsOf } from "../geometry/section";
 import type { Rigid } from "../geometry/vectors";
 import { fixed } from "../numbers";
 import { language, t } from "../texts";
-import { type Handle, type Line, type Mark, Overlay, type Words } from "./overlay";
+import type { Handle } from "./handles";
+import { type Line, type Mark, Overlay, type Words } from "./overlay";
 import type { Hit, Mode, Surface, SurfaceData } from "./surface";
 import { type Tool, Viewer } from "./viewer";
 
@@ -56,8 +57,6 @@ interface StageProps {
 
 export function words(): Words {
   return {
-    proximal: t("way.above"),
-    distal: t("way.below"),
     mm: "mm",
     level: t("level"),
     faces: {

@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt16
 
-from limbgram.core.errors import DenseError, OptionsError
+from limbgram.core.errors import DenseError
 from limbgram.core.geometry.arrays import Mask
 from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel
@@ -35,7 +35,6 @@ from limbgram.reconstruction.dense.crops import (
     reduction_for,
 )
 from limbgram.reconstruction.dense.depth import DepthMap
-from limbgram.reconstruction.dense.patchmatch import MOST_SOURCES
 from limbgram.reconstruction.dense.photo_depth import (
     STEPS_BY_LEVEL,
     DenseOptions,
@@ -197,6 +196,8 @@ _LEAST_MEASURED = 0.05
 """Share of the region's pixels without whose depths the photos are refused."""
 _SURROUNDINGS_PX = 3
 """Pixels round a confirmed one that are looked at again, at the coarsest level."""
+_SOURCES = 5
+"""Other photos that each photo is compared with; the kernels take MOST_SOURCES."""
 
 
 def estimate_depth(
@@ -207,10 +208,8 @@ def estimate_depth(
     Raises:
         DenseError: fewer than two photos show the region, or too little could be matched.
     """
-    if not 1 <= options.sources <= MOST_SOURCES:
-        raise OptionsError("depth.sources", most=MOST_SOURCES)
     crops = _crops_of_region(photos, metric, region, options)
-    source_views = _source_views(metric, region, crops, options)
+    source_views = _source_views(metric, region, crops)
     crops = [crop for crop in crops if source_views[crop.photo_idx]]
     if len(crops) < 2:
         raise DenseError("depth.no_neighbours")
@@ -220,13 +219,13 @@ def estimate_depth(
 
     coarse_level = pyramid_level(crops, HALVINGS)
     coarse = in_parallel(lambda k: solve_coarse(coarse_level, k, sources[k], options), crop_idxs)
-    rough = [depth_map_of(field, region, options) for field in coarse]
+    rough = [depth_map_of(field, region) for field in coarse]
     finer_levels = [pyramid_level(crops, halvings) for halvings in range(HALVINGS - 1, -1, -1)]
 
     def fine(k: int) -> DepthMap:
         wanted = _pixels_to_refine(crops[k], rough[k], [rough[j] for j in sources[k]])
         field = solve_fine(finer_levels, k, sources[k], wanted, coarse[k], options)
-        return depth_map_of(field, region, options)
+        return depth_map_of(field, region)
 
     maps = in_parallel(fine, crop_idxs)
     checked_by = [
@@ -256,16 +255,15 @@ def _crops_of_region(
 
 
 def _source_views(
-    metric: MetricScene, region: Region, crops: Sequence[Crop], options: DenseOptions
+    metric: MetricScene, region: Region, crops: Sequence[Crop]
 ) -> dict[int, list[int]]:
     """Source views of each photo, best first; without any, the photos it is a source of."""
     showing = [crop.photo_idx for crop in crops]
-    selection = SourceViewOptions(most=options.sources, most_angle_deg=_MOST_ANGLE_DEG)
+    selection = SourceViewOptions(most=_SOURCES, most_angle_deg=_MOST_ANGLE_DEG)
     chosen = select_source_views(metric, region, selection)
     own = {photo: [other for other in chosen[photo] if other in showing] for photo in showing}
     return {
-        photo: own[photo] or [k for k in showing if photo in own[k]][: options.sources]
-        for photo in showing
+        photo: own[photo] or [k for k in showing if photo in own[k]][:_SOURCES] for photo in showing
     }
 
 

@@ -27,6 +27,8 @@ from limbgram.reconstruction.dense.region import Region
 
 _SIGMA_GREY = 40.0
 """Grey difference from the window's centre at which a sample's weight falls to 0.6."""
+_SIGMA_PX = 3.0
+"""Distance from the window's centre at which a sample's weight falls to 0.6."""
 _SWEEPS_BY_LEVEL = (5, 2, 2)
 """Sweeps at a quarter, a half and the whole of the crop's scale."""
 _LEAST_CORRELATION = 0.5
@@ -39,14 +41,10 @@ _MAX_INCIDENCE_DEG = 78.0
 
 @dataclass(frozen=True, kw_only=True)
 class DenseOptions:
-    """How finely and how strictly depth is measured."""
+    """How finely depth is measured."""
 
     most_px: int = 8_000_000
     """Pixels of all photos that show the region: they are reduced until there are no more."""
-    sources: int = 5
-    """Other photos that each photo is compared with."""
-    sigma_px: float = 3.0
-    """Distance from the window's centre at which a sample's weight falls to 0.6."""
     seed: int = 1
     """Start of the random numbers."""
 
@@ -126,7 +124,7 @@ def solve_fine(
     return field
 
 
-def depth_map_of(field: PlaneField, region: Region, options: DenseOptions) -> DepthMap:
+def depth_map_of(field: PlaneField, region: Region) -> DepthMap:
     """The depth map of the planes that correlate, lie in the region and are not too slanted."""
     crop = field.crop
     shape, place_px = field.shape, field.step << field.halvings
@@ -149,7 +147,7 @@ def depth_map_of(field: PlaneField, region: Region, options: DenseOptions) -> De
         crop.photo_idx, View(crop.view.name, camera, crop.view.camera_from_world),
         np.stack([rows[kept] + y0, columns[kept] + x0]),
         1 / w[kept], normal[kept], field.score.reshape(shape)[rows, columns][kept],
-        window_second_moment_px2(distance_weights(options.sigma_px)) / field.step**2,
+        window_second_moment_px2(distance_weights(_SIGMA_PX)) / field.step**2,
     )  # fmt: skip
 
 
@@ -201,7 +199,7 @@ def _optimise_planes(
     """Optimise the planes of one level in place; returns their scores."""
     reference = (
         problem.grey, problem.width, problem.step,
-        grey_weights(_SIGMA_GREY), distance_weights(options.sigma_px),
+        grey_weights(_SIGMA_GREY), distance_weights(_SIGMA_PX),
     )  # fmt: skip
     counted = min(3, (len(problem.table) + 1) // 2)
     sources = (problem.words, problem.table, problem.a, problem.b, counted)

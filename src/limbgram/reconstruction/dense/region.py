@@ -347,19 +347,19 @@ class RegionOptions:
 
     box_mm: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
     """Two opposite corners of a box in the world: it is taken as the region as it is."""
-    cubes: int = 80
-    """Cubes along the limb's longest side."""
     gap_mm: float = 0.0
     """Pieces of one object may lie so far apart, as the spheres of a ball bar do."""
 
 
 DEFAULTS = RegionOptions()
+_CUBES = 80
+"""Along the limb's longest side."""
 
 
 def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = DEFAULTS) -> Region:
     """The part of the world that is the limb."""
     if options.box_mm is not None:
-        return _from_box(options.box_mm, options.cubes)
+        return _from_box(options.box_mm)
     masked = masked_views(photos, metric.scene)
     masks_decide = len(masked) >= _MASKED_SHARE * len(metric.scene.placed)
     floor_z_mm = None if masks_decide else metric.floor_z_mm
@@ -374,7 +374,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     size_mm = float(np.ptp(limb.points_mm, axis=0).max())
     margin_mm = _MARGIN * size_mm
     closing_mm = min(limb.link_mm, _MOST_CLOSING * size_mm)
-    region = closed_region(limb.points_mm, closing_mm, margin_mm, size_mm / options.cubes)
+    region = closed_region(limb.points_mm, closing_mm, margin_mm, size_mm / _CUBES)
     if floor_z_mm is not None:
         region = extended_to_floor(region, _UNDERSIDE * size_mm, floor_z_mm)
     return carve(region, masked, margin_mm) if masked else region
@@ -417,12 +417,12 @@ def _refuse_flat(points_mm: Points3) -> None:
         raise RegionError("limbregion.flat")
 
 
-def _from_box(corners: Sequence[tuple[float, float, float]], cubes: int) -> Region:
+def _from_box(corners: Sequence[tuple[float, float, float]]) -> Region:
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     if not np.all(np.isfinite(high - low)) or np.any(high - low <= 0):
         low_mm, high_mm = (tuple(map(float, corner)) for corner in corners)
         raise OptionsError("limbregion.box_empty", low_mm=low_mm, high_mm=high_mm)
-    cell_mm = float((high - low).max()) / cubes
+    cell_mm = float((high - low).max()) / _CUBES
     shape = np.maximum(1, np.ceil((high - low) / cell_mm - 1e-9)).astype(int)
     return Region(origin_mm=low, cell_mm=cell_mm, occupied=np.ones(shape, bool))
 

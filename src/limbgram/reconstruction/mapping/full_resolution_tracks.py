@@ -37,7 +37,7 @@ from limbgram.reconstruction.mapping.placement import (
 )
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import PairMemory
-from limbgram.reconstruction.matching.windows import Pyramid, WindowOptions, build_pyramid, follow
+from limbgram.reconstruction.matching.windows import Pyramid, build_pyramid, follow
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import PhotoSet
 
@@ -113,7 +113,7 @@ def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scen
         expected = points.expected(rows, views[pair[0]], views[pair[1]])
         expected[:, [0, 3]] = (expected[:, [0, 3]] + 0.5) / size - 0.5
         xy_px = (points.xy_px[rows] + 0.5) / size - 0.5
-        result = follow(prepared(pair[0]), prepared(pair[1]), xy_px, expected, WindowOptions())
+        result = follow(prepared(pair[0]), prepared(pair[1]), xy_px, expected)
         good = np.isfinite(result[:, 2])
         xy_px = (result[good, :2] + 0.5) * size - 0.5
         return _Measured(np.full(int(good.sum()), pair[1]), rows[good], xy_px)

@@ -2,18 +2,12 @@
 
 from limbgram.reconstruction.matching.matching import (
     Matches,
-    MatchingOptions,
     PairMatches,
-    SelectionOptions,
     match,
 )
-from limbgram.reconstruction.matching.windows import WindowOptions
 
 __all__ = [
     "Matches",
-    "MatchingOptions",
     "PairMatches",
-    "SelectionOptions",
-    "WindowOptions",
     "match",
 ]

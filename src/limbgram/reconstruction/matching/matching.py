@@ -31,7 +31,6 @@ from limbgram.reconstruction.matching.descriptors import (
 )
 from limbgram.reconstruction.matching.windows import (
     Pyramid,
-    WindowOptions,
     build_pyramid,
     correlate,
 )
@@ -101,21 +100,12 @@ _SURVEY_KEYPOINTS = 400
 """Largest keypoints of each photo that are compared first where there are many photos."""
 _SURVEY_PARTNERS = 20
 """Best partners by these with which a photo is then compared; of no more photos, all are."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SelectionOptions:
-    """How many pairs to match."""
-
-    keypoints: int = 1200
-    """Largest keypoints of each photo in the coarse comparison."""
-    partners: int = 7
-    """Best partners of each photo."""
-    neighbours: int = 2
-    """Photos before and after in the order of names (the last meets the first): always matched."""
-
-
-_SELECTION = SelectionOptions()
+_COARSE_KEYPOINTS = 1200
+"""Largest keypoints of each photo in the coarse comparison."""
+_PARTNERS = 7
+"""Best partners of each photo that are matched."""
+_NEIGHBOURS = 2
+"""Photos before and after in the order of names (the last meets the first): always matched."""
 
 
 @dataclass(frozen=True)
@@ -131,14 +121,12 @@ class Candidate:
     """Rotation of the second photo; None where the coarse matches do not agree."""
 
 
-def select_pairs(
-    features: Features, options: SelectionOptions = _SELECTION
-) -> tuple[Candidate, ...]:
+def select_pairs(features: Features) -> tuple[Candidate, ...]:
     """Pairs worth matching, in order of their photos."""
-    largest = [_largest(keypoints, options.keypoints) for keypoints in features.keypoints]
+    largest = [_largest(keypoints, _COARSE_KEYPOINTS) for keypoints in features.keypoints]
     compressed = _compress([keypoints.descriptors for keypoints in largest])
 
-    def compare(pair: tuple[int, int], keypoints: int = options.keypoints) -> Candidate:
+    def compare(pair: tuple[int, int], keypoints: int = _COARSE_KEYPOINTS) -> Candidate:
         first, second = (compressed[photo][:keypoints] for photo in pair)
         matches = match_descriptors(first, second, _COARSE_RATIO)
         return _score(pair, largest[pair[0]], largest[pair[1]], matches)
@@ -148,11 +136,11 @@ def select_pairs(
 
     count = len(largest)
     hopeful = list(combinations(range(count), 2))
-    neighbours = _neighbours(count, options.neighbours)
+    neighbours = _neighbours(count, _NEIGHBOURS)
     if count > _SURVEY_PARTNERS + 1:
-        hopeful = sorted(neighbours | _surveyed(in_parallel(survey, hopeful), count, options))
+        hopeful = sorted(neighbours | _surveyed(in_parallel(survey, hopeful), count))
     candidates = in_parallel(compare, hopeful)
-    kept = neighbours | _partners(candidates, count, options)
+    kept = neighbours | _partners(candidates, count)
     return tuple(c for c in candidates if (c.first, c.second) in kept)
 
 
@@ -216,31 +204,27 @@ def _neighbours(count: int, reach: int) -> set[tuple[int, int]]:
     return {(min(pair), max(pair)) for pair in pairs if pair[0] != pair[1]}
 
 
-def _surveyed(
-    candidates: Sequence[Candidate], count: int, options: SelectionOptions
-) -> set[tuple[int, int]]:
+def _surveyed(candidates: Sequence[Candidate], count: int) -> set[tuple[int, int]]:
     """Pairs of each photo with its best partners by the survey; with all where too few agree."""
     kept: set[tuple[int, int]] = set()
     for photo in range(count):
         own = [c for c in candidates if photo in (c.first, c.second)]
         own.sort(key=lambda c: (-c.score, c.first, c.second))
         agreeing = sum(c.score >= _MIN_SCORE for c in own)
-        if agreeing >= options.partners:
+        if agreeing >= _PARTNERS:
             own = own[:_SURVEY_PARTNERS]
         kept |= {(c.first, c.second) for c in own}
     return kept
 
 
-def _partners(
-    candidates: Sequence[Candidate], count: int, options: SelectionOptions
-) -> set[tuple[int, int]]:
+def _partners(candidates: Sequence[Candidate], count: int) -> set[tuple[int, int]]:
     """Pairs that are among the best of one of their photos."""
     hopeful = [c for c in candidates if c.score >= _MIN_SCORE]
     kept: set[tuple[int, int]] = set()
     for photo in range(count):
         own = [c for c in hopeful if photo in (c.first, c.second)]
         own.sort(key=lambda c: (-c.score, c.first, c.second))
-        kept |= {(c.first, c.second) for c in own[: options.partners]}
+        kept |= {(c.first, c.second) for c in own[:_PARTNERS]}
     return kept
 
 
@@ -258,17 +242,8 @@ _FEW_KEYPOINTS = 200
 """A photo with fewer shows too little to be matched."""
 _MEMORY_MB = 400.0
 """Memory for the photos of the pairs that are matched at a time."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class MatchingOptions:
-    """What the matches of a pair must pass."""
-
-    min_matches: int = 16
-    """Fewest matches of consistent rotation of a pair."""
-
-
-DEFAULTS = MatchingOptions()
+_FEWEST_MATCHES = 16
+"""Of consistent rotation, of a pair."""
 
 
 @dataclass(frozen=True)
@@ -290,23 +265,21 @@ class MatchedPair:
     """Number of matches of consistent rotation."""
 
 
-def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS) -> Matches:
+def match(photos: PhotoSet, features: Features) -> Matches:
     """Match the photos that are likely to show the same places.
 
     Raises:
         MatchingError: most photos show too little, or most match no other.
     """
     candidates = pairs_worth_matching(photos, features)
-    return joined(photos, match_pairs(photos, features, candidates), options)
+    return joined(photos, match_pairs(photos, features, candidates))
 
 
-def match_what_there_is(
-    photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS
-) -> Matches:
+def match_what_there_is(photos: PhotoSet, features: Features) -> Matches:
     """As `match`, but photos with few keypoints are no refusal, since something else joins them."""
     candidates = select_pairs(features)
     matched = match_pairs(photos, features, candidates)
-    return _joined(matched, options)
+    return _joined(matched)
 
 
 def pairs_worth_matching(photos: PhotoSet, features: Features) -> tuple[Candidate, ...]:
@@ -343,22 +316,20 @@ def match_pairs(
     return tuple(in_parallel(match_one, candidates, memory.workers))
 
 
-def joined(
-    photos: PhotoSet, matched: Sequence[MatchedPair], options: MatchingOptions = DEFAULTS
-) -> Matches:
+def joined(photos: PhotoSet, matched: Sequence[MatchedPair]) -> Matches:
     """The pairs with enough matches of consistent rotation.
 
     Raises:
         MatchingError: most photos match no other.
     """
-    found = _joined(matched, options)
+    found = _joined(matched)
     _refuse_unmatched(photos, found.pairs)
     return found
 
 
-def _joined(matched: Sequence[MatchedPair], options: MatchingOptions) -> Matches:
+def _joined(matched: Sequence[MatchedPair]) -> Matches:
     return Matches(
-        pairs=tuple(one.pair for one in matched if one.consistent_rotation >= options.min_matches),
+        pairs=tuple(one.pair for one in matched if one.consistent_rotation >= _FEWEST_MATCHES),
         pairs_tried=len(matched),
         descriptor_matches=sum(one.descriptor_matches for one in matched),
     )
@@ -368,9 +339,7 @@ def _match_pair(pair: Candidate, first: _Prepared, second: _Prepared) -> Matched
     band = _scale_band(pair, first.keypoints, second.keypoints, _MAX_SCALE_CHANGE)
     turn = _turn(pair, first.keypoints, second.keypoints)
     found = match_descriptors(first.descriptors, second.descriptors, _FINE_RATIO, band, turn)
-    windows = correlate(
-        first.pyramid, second.pyramid, first.keypoints, second.keypoints, found, WindowOptions()
-    )
+    windows = correlate(first.pyramid, second.pyramid, first.keypoints, second.keypoints, found)
     kept = found[windows.kept]
     matches = PairMatches(
         first=pair.first,

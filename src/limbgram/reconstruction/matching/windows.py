@@ -431,14 +431,8 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
 
 _MIN_CORRELATION = 0.8
 """Normalized cross-correlation after refinement."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class WindowOptions:
-    """When two windows count as images of the same point."""
-
-    max_shift: float = 3.0
-    """Farthest accepted move, in pixels of the level compared."""
+_MAX_SHIFT = 3.0
+"""Farthest accepted move, in pixels of the level compared."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -456,7 +450,6 @@ def correlate(
     keypoints_first: Keypoints,
     keypoints_second: Keypoints,
     keypoint_idx: Int32[np.ndarray, "m 2"],
-    options: WindowOptions,
 ) -> Correlated:
     """Move the second point of each match to where its window agrees with the first's."""
     rows_first = _rows(keypoints_first, keypoint_idx[:, 0])
@@ -469,7 +462,7 @@ def correlate(
         second.layout,
         rows_first,
         rows_second,
-        options.max_shift,
+        _MAX_SHIFT,
         result,
     )
     with np.errstate(invalid="ignore"):
@@ -486,7 +479,6 @@ def follow(
     second: Pyramid,
     xy_first_px: Points2,
     expected: Float64[np.ndarray, "n 6"],
-    options: WindowOptions,
 ) -> Float64[np.ndarray, "n 3"]:
     """x, y and correlation of points of the first photo in the second; see follow_all."""
     result = np.empty((len(xy_first_px), 3))
@@ -497,7 +489,7 @@ def follow(
         second.layout,
         np.ascontiguousarray(xy_first_px),
         np.ascontiguousarray(expected),
-        options.max_shift,
+        _MAX_SHIFT,
         _MIN_CORRELATION,
         result,
     )

@@ -227,6 +227,15 @@ def is_heif(path: Path) -> bool:
     return first[4:8] == b"ftyp" and first[8:] in HEIF_BRANDS
 
 
+def to_look_at(picture: ImageFile) -> Image.Image:
+    """An opened picture for people: of sixteen bits a sample, in eight, by the bits it uses."""
+    if not has_16_bits(picture):
+        return picture
+    shown = Image.fromarray(_colours_of_16_bit(picture, used_bits(picture)))
+    shown.getexif()[Base.Orientation] = picture.getexif().get(Base.Orientation, 1)
+    return shown
+
+
 def bit_depth(picture: ImageFile) -> int | None:
     """Bit depth that a picture of sixteen bits a sample uses; None of one with eight."""
     return used_bits(picture) if has_16_bits(picture) else None

@@ -174,14 +174,14 @@ _BELOW = 0.03
 
 _MAX_DISAGREEMENT = 0.003
 """Accepted difference between a checked length and the scale, as a fraction."""
+_PICK_SIGMA_PX = 0.5
+"""Standard deviation of one coordinate of a point picked by hand."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScaleOptions:
-    """How closely known lengths must agree."""
+    """How the scale and the floor are found."""
 
-    pick_sigma_px: float = 0.5
-    """Standard deviation of one coordinate of a point picked by hand."""
     seed: int = 0
     """For finding the floor's plane."""
 
@@ -242,7 +242,7 @@ def _scaled(
     rulers = [] if scene_board is None else [scene_board.ruler]
     if distances:
         typed = measure_distances(
-            scene, distances, options.pick_sigma_px, all_check=scene_board is not None
+            scene, distances, _PICK_SIGMA_PX, all_check=scene_board is not None
         )
         rulers.append(typed)
     if not rulers:

@@ -4,7 +4,7 @@ from limbgram.core.mesh.mesh import Mesh, Part, Repairs
 from limbgram.core.mesh.sections import Section, cut
 from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
-from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
+from limbgram.reconstruction.surface.poisson import poisson
 from limbgram.reconstruction.surface.remeshing import refine
 from limbgram.reconstruction.surface.repair import repair
 
@@ -13,7 +13,6 @@ __all__ = [
     "Part",
     "PartOptions",
     "Parts",
-    "PoissonOptions",
     "Repairs",
     "Section",
     "cut",

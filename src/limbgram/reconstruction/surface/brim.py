@@ -40,16 +40,15 @@ _FLOOR_SHARE = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class BrimOptions:
-    """Where the brim's level lies, and how much may be filled."""
-
-    level: float = 0.2
-    """Share of the brim's length that lies below its level, which keeps it off single tongues."""
+    """How much may be filled."""
 
     most_share: float = 0.1
     """Notches of more than this share of the surface stay open: the filling would be a guess."""
 
 
 DEFAULTS = BrimOptions()
+_LEVEL = 0.2
+"""Share of the brim's length that lies below its level, which keeps it off single tongues."""
 _PLANE_ITERATIONS = 30
 _CAP_EDGES = 1.5
 """Edge length of the cap, in edges of the mesh."""
@@ -68,9 +67,7 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     if not max(sizes) > 0:
         return mesh  # only slits
     brim = loops[int(np.argmax(sizes))]
-    upward, level_mm, edge_mm = _quantile_plane(
-        mesh.vertices_mm[brim], mesh.vertices_mm, options.level
-    )
+    upward, level_mm, edge_mm = _quantile_plane(mesh.vertices_mm[brim], mesh.vertices_mm, _LEVEL)
     notch_mm = level_mm + _NOTCH_EDGES * edge_mm
     if (mesh.vertices_mm[brim] @ upward).max() < notch_mm:
         return mesh

@@ -8,7 +8,6 @@ Fails   SurfaceError: no surface came out.
 """
 
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -29,21 +28,13 @@ _SUPPORT_IN_SPACINGS = 3.0
 _POINT_WEIGHT = 1.0
 """Weight of the points themselves, relative to their normals."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class PoissonOptions:
-    """How fine the octree is."""
-
-    max_depth: int = 10
-    """Depth of the octree, at most: each level quadruples time and memory."""
-
-
-DEFAULTS = PoissonOptions()
+_MAX_DEPTH = 10
+"""Depth of the octree, at most: each level quadruples time and memory."""
 _BOX_SCALE = 1.1
 """Side of the solver's box over the cloud's extent."""
 
 
-def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
+def poisson(cloud: Cloud) -> Mesh:
     """The zero set of screened Poisson reconstruction, where points support it."""
     import trimesh
 
@@ -54,7 +45,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
     extent = float(np.ptp(cloud.points_mm, axis=0).max())
     finest = np.log2(_BOX_SCALE * extent / (_CELL_IN_SPACINGS * spacing_mm))
     settings = pycolmap.PoissonMeshingOptions()
-    settings.depth = int(np.clip(round(float(finest)), 4, options.max_depth))
+    settings.depth = int(np.clip(round(float(finest)), 4, _MAX_DEPTH))
     settings.point_weight = _POINT_WEIGHT
     settings.trim = 0.0
     settings.color = False

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from limbgram.findings import told
-from limbgram.report.drawings.drawing import INK, PALE_INK, Drawing, axes_at
+from limbgram.report.drawings.drawing import INK, PALE_INK, Drawing, as_it_is, axes_at
 from limbgram.report.drawings.maps import range_map
 from limbgram.report.intended_use import NOT_TESTED
 from limbgram.workbench.devices.making import FinishedDevice
@@ -52,5 +52,5 @@ def _with_lines(figure: "Figure", title: str, lines: Sequence[str], below: Seque
         column, row = divmod(number, rows)
         at = _HEAD_IN + (row + 0.5) * _LINE_IN
         room.text(column / _COLUMNS, at, line, fontsize=7.5, color=INK, va="center")
-    foot = " ".join(below)
+    foot = as_it_is(" ".join(below))
     room.text(0, more_in - 0.1, foot, fontsize=7, color=PALE_INK, va="bottom", wrap=True)

@@ -87,7 +87,7 @@ class Fit:
     used_share: float
     """Share of samples with a counterpart that were not rejected as changed."""
     cost_mm: float
-    """RMS distance of all samples, each at most `cap_mm`."""
+    """RMS distance of all samples, each at most `_CAP_MM`."""
     rounds: int
     converged: bool
     undetermined: tuple[Finding, ...]
@@ -105,12 +105,18 @@ class IcpOptions:
     tolerance_mm: float = 1e-4
     """The last round moves the places by less, or by a ten-thousandth of their distances."""
     max_rounds: int = 60
-    cap_mm: float = 10.0
-    """Largest distance that a place adds to the cost by which poses are ranked."""
+
+
+DEFAULTS = IcpOptions()
+_CAP_MM = 10.0
+"""Largest distance that a place adds to the cost by which poses are ranked."""
 
 
 def run_icp(
-    points_mm: Points3, surface: CounterpartSurface, start: Rigid, options: IcpOptions
+    points_mm: Points3,
+    surface: CounterpartSurface,
+    start: Rigid,
+    options: IcpOptions = DEFAULTS,
 ) -> Fit:
     """Register samples on a surface from a start pose."""
     pose, rounds, moved_mm = start, 0, np.inf
@@ -130,7 +136,7 @@ def run_icp(
         moved_mm = float(np.sqrt(np.mean(np.sum((step.apply(placed) - placed) ** 2, axis=1))))
         pose, rounds = _orthonormal(step @ pose), rounds + 1
     converged = rounds > 0 and moved_mm <= tolerance_mm
-    return _fit(points_mm, surface, pose, rounds, converged, options)
+    return _fit(points_mm, surface, pose, rounds, converged)
 
 
 def _fit(
@@ -139,15 +145,14 @@ def _fit(
     pose: Rigid,
     rounds: int,
     converged: bool,
-    options: IcpOptions,
 ) -> Fit:
     placed = pose.apply(points_mm)
     found = surface.counterparts(placed)
     valid = _has_counterpart(found)
     weights = _weights(found, valid, _scale_mm(found, valid))
     off_mm = found.signed_mm[valid]
-    capped = np.minimum(np.abs(found.signed_mm), options.cap_mm)
-    capped[found.at_brim] = options.cap_mm
+    capped = np.minimum(np.abs(found.signed_mm), _CAP_MM)
+    capped[found.at_brim] = _CAP_MM
     return Fit(
         first_from_second=pose,
         rms_mm=float(np.sqrt(np.mean(off_mm**2))) if len(off_mm) else float("nan"),
@@ -463,14 +468,14 @@ _RIVAL_COST, _RIVAL_DEG = 1.05, 10.0
 
 
 def best_of_starts(
-    first: Limb, second: Limb, surface: CounterpartSurface, brim_mm: float, icp: IcpOptions
+    first: Limb, second: Limb, surface: CounterpartSurface, brim_mm: float
 ) -> tuple[Fit, bool]:
     """The best fit from many starts, and whether another one is nearly as good."""
     coarse_mm, middle_mm = (
         measured_samples(second, COARSE, brim_mm),
         measured_samples(second, MIDDLE, brim_mm),
     )
-    quick = IcpOptions(tolerance_mm=0.05, max_rounds=10, cap_mm=icp.cap_mm)
+    quick = IcpOptions(tolerance_mm=0.05, max_rounds=10)
     starts = possible_starts(measured_samples(first, MIDDLE, brim_mm), middle_mm)
     fits = sorted(
         (run_icp(coarse_mm, surface, start, quick) for start in starts),
@@ -480,7 +485,7 @@ def best_of_starts(
     for fit in fits:
         if len(apart) < _STARTS_KEPT and all(_is_turned(fit, other) for other in apart):
             apart.append(fit)
-    longer = IcpOptions(tolerance_mm=0.01, max_rounds=40, cap_mm=icp.cap_mm)
+    longer = IcpOptions(tolerance_mm=0.01, max_rounds=40)
     better = sorted(
         (run_icp(middle_mm, surface, fit.first_from_second, longer) for fit in apart),
         key=lambda fit: fit.cost_mm,

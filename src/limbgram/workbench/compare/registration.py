@@ -31,7 +31,6 @@ from limbgram.workbench.compare.icp import (
     FINE,
     MIDDLE,
     Fit,
-    IcpOptions,
     PoseCovariance,
     best_of_starts,
     known_pose,
@@ -79,7 +78,6 @@ class RegistrationOptions:
     mostly_unchanged: bool = False
     """Most of the surface is the same on both, so that auto goes by shape rather than landmarks:
     captures of one limb, or a cast before and after a rectification."""
-    icp: IcpOptions = field(default_factory=IcpOptions)
 
 
 DEFAULTS = RegistrationOptions()
@@ -200,10 +198,10 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
     start = _start_pose(first, second)
     fine_mm = measured_samples(second, FINE, options.brim_mm)
     notes: list[Finding] = []
-    fit = None if start is None else run_icp(fine_mm, surface, start, options.icp)
+    fit = None if start is None else run_icp(fine_mm, surface, start)
     if fit is None or fit.used_share < _LEAST_USED:
-        best, rival = best_of_starts(first, second, surface, options.brim_mm, options.icp)
-        fit = run_icp(fine_mm, surface, best.first_from_second, options.icp)
+        best, rival = best_of_starts(first, second, surface, options.brim_mm)
+        fit = run_icp(fine_mm, surface, best.first_from_second)
         if rival:
             notes.append(doubt("compare.pose.rival"))
     _require_same_limb(first, second, fine_mm, fit, options)
@@ -219,7 +217,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
         notes.append(doubt("compare.shape.unsettled", rounds=fit.rounds))
     if fit.rms_mm > FAR_MM:
         notes.append(doubt("compare.shape.far", rms_mm=fit.rms_mm))
-    notes += mirror_findings(first, second, surface, fit, options.brim_mm, options.icp)
+    notes += mirror_findings(first, second, surface, fit, options.brim_mm)
     notes += fit.undetermined
     return Alignment(
         way="icp",
@@ -286,7 +284,6 @@ def mirror_findings(
     surface: CounterpartSurface,
     fit: Fit,
     brim_mm: float,
-    icp: IcpOptions,
 ) -> tuple[Finding, ...]:
     """A doubt where the mirror image of the second fits the first far better."""
     if not fit.rms_mm > _MIRROR_SUSPECT_SHARE * width_mm(first.mesh.vertices_mm):
@@ -299,8 +296,8 @@ def mirror_findings(
             faces=second.mesh.faces[:, ::-1].copy(),
         ),
     )
-    best, _ = best_of_starts(first, mirrored, surface, brim_mm, icp)
-    image = run_icp(measured_samples(mirrored, FINE, brim_mm), surface, best.first_from_second, icp)
+    best, _ = best_of_starts(first, mirrored, surface, brim_mm)
+    image = run_icp(measured_samples(mirrored, FINE, brim_mm), surface, best.first_from_second)
     if not (
         image.rms_mm < _MIRROR_BETTER * fit.rms_mm and image.cost_mm < _MIRROR_BETTER * fit.cost_mm
     ):

@@ -83,7 +83,8 @@ def _flat_letters(text: str) -> Mesh:
     if not text.strip() or len(text) > _LONGEST:
         raise EditError("device.lettering.length", text=text[:_LONGEST], most=_LONGEST)
     capital = TextPath((0, 0), "H", _OUTLINE_POINTS, prop=typeface).get_extents().height
-    path = TextPath((0, 0), text, _OUTLINE_POINTS, prop=typeface)
+    no_formula = text.replace("$", r"\$")  # else what stands between two dollar signs is one
+    path = TextPath((0, 0), no_formula, _OUTLINE_POINTS, prop=typeface)
     rings = [np.asarray(one) * CAPITAL_MM / capital for one in path.to_polygons()]
     outline = CrossSection(rings, manifold3d.FillRule.EvenOdd)
     solid = outline.extrude(_EMBEDDED_MM + RAISED_MM).refine_to_length(_EDGE_LENGTH_MM)

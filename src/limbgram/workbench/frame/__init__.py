@@ -7,7 +7,7 @@ from limbgram.workbench.frame.landmarks import (
     landmark,
     with_landmarks,
 )
-from limbgram.workbench.frame.painted_marks import Mark, MarkOptions, find_marks
+from limbgram.workbench.frame.painted_marks import Mark, find_marks
 from limbgram.workbench.limb import KINDS, KindName
 
 __all__ = [
@@ -17,7 +17,6 @@ __all__ = [
     "Axis",
     "KindName",
     "Mark",
-    "MarkOptions",
     "align",
     "axis_along",
     "find_marks",

@@ -25,24 +25,14 @@ from limbgram.core.mesh.topology import find_edges
 _LEAST_CHROMA = 60.0
 """Largest minus smallest of red, green and blue, 0 to 255."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class MarkOptions:
-    """What passes as a mark."""
-
-    colour: tuple[int, int, int] | None = None
-    """sRGB of the marks; None: any strong colour."""
-    same_hue_deg: float = 25.0
-    smallest_mm: float = 3.0
-    largest_mm: float = 30.0
-    """Diameter of the circle of the same area."""
-    roundest_stretch: float = 2.0
-    """Largest reach from the middle, as a multiple of that circle's radius."""
-    most: int = 40
-    """More spots than this are no marks but a painted sock."""
-
-
-DEFAULTS = MarkOptions()
+_SAME_HUE_DEG = 25.0
+"""Angle between two hues below which they count as one colour."""
+_SMALLEST_MM, _LARGEST_MM = 3.0, 30.0
+"""Diameter of the circle of the same area."""
+_MOST_STRETCH = 2.0
+"""Largest reach from the middle, as a multiple of that circle's radius."""
+_MOST = 40
+"""More spots than this are no marks but a painted sock."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,8 +47,11 @@ class Mark:
     """Chroma of the spot, 0 to 255."""
 
 
-def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
+def find_marks(mesh: Mesh, colour: tuple[int, int, int] | None = None) -> tuple[Mark, ...]:
     """Round spots of one strong colour, by falling strength of their colour.
+
+    Args:
+        colour: sRGB of the marks; None: any strong colour.
 
     Raises:
         MeasureError: the mesh has no colours, or too many spots pass.
@@ -68,17 +61,17 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
         raise MeasureError("landmark.marks.no_colours")
     chroma, hue_rad = _chroma(mesh.colours), _hue_rad(mesh.colours)
     coloured = chroma >= _LEAST_CHROMA
-    if options.colour is not None:
-        if max(options.colour) - min(options.colour) < _LEAST_CHROMA:
-            raise OptionsError("landmark.marks.grey_name", colour=options.colour)
-        wanted = _hue_rad(np.array([options.colour], np.uint8))[0]
+    if colour is not None:
+        if max(colour) - min(colour) < _LEAST_CHROMA:
+            raise OptionsError("landmark.marks.grey_name", colour=colour)
+        wanted = _hue_rad(np.array([colour], np.uint8))[0]
         turn = np.abs(turn_rad(hue_rad, wanted))
-        coloured &= turn < np.radians(options.same_hue_deg)
-    labels = _patches(mesh, coloured, hue_rad, np.radians(options.same_hue_deg))
+        coloured &= turn < np.radians(_SAME_HUE_DEG)
+    labels = _patches(mesh, coloured, hue_rad, np.radians(_SAME_HUE_DEG))
     areas = mesh.vertex_areas_mm2()
     sizes = np.bincount(labels, areas * coloured)
     diameters = np.sqrt(4 * sizes / np.pi)
-    fitting = (diameters >= options.smallest_mm) & (diameters <= options.largest_mm)
+    fitting = (diameters >= _SMALLEST_MM) & (diameters <= _LARGEST_MM)
     order = np.argsort(labels, kind="stable")
     starts = np.searchsorted(labels[order], np.arange(len(sizes) + 1))
     tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
@@ -88,19 +81,19 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
         weights = areas[ids] * chroma[ids]
         middle = weights @ mesh.vertices_mm[ids] / weights.sum()
         reach = float(np.linalg.norm(mesh.vertices_mm[ids] - middle, axis=1).max())
-        if len(ids) < 3 or reach > options.roundest_stretch * float(diameters[patch]) / 2:
+        if len(ids) < 3 or reach > _MOST_STRETCH * float(diameters[patch]) / 2:
             continue
-        colour = weights @ mesh.colours[ids].astype(np.float64) / weights.sum()
+        mean = weights @ mesh.colours[ids].astype(np.float64) / weights.sum()
         found.append(
             Mark(
                 position_mm=tree.closest(middle[None]).points_mm[0],
-                colour=np.rint(colour).astype(np.uint8),
+                colour=np.rint(mean).astype(np.uint8),
                 diameter_mm=float(diameters[patch]),
-                strength=float(colour.max() - colour.min()),
+                strength=float(mean.max() - mean.min()),
             )
         )
-    if len(found) > options.most:
-        raise MeasureError("landmark.marks.many", count=len(found), most=options.most)
+    if len(found) > _MOST:
+        raise MeasureError("landmark.marks.many", count=len(found), most=_MOST)
     return tuple(sorted(found, key=lambda mark: -mark.strength))
 
 

@@ -23,7 +23,6 @@ from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY
 from limbgram.reconstruction.targets.marks import (
     MarkDetections,
-    MarkOptions,
     PhotoMarks,
     find_marks,
 )
@@ -66,18 +65,12 @@ class PlacedStickers:
     lost: tuple[LostSticker, ...]
 
 
-def find_stickers(
-    photos: Sequence[Photo],
-    views: Sequence[View],
-    dictionary: str = KIT_DICTIONARY,
-    options: MarkOptions | None = None,
-) -> PlacedStickers:
+def find_stickers(photos: Sequence[Photo], views: Sequence[View]) -> PlacedStickers:
     """All stickers that the photos show; `views` go with `photos`."""
     found = find_marks(
         PhotoSet(photos=tuple(photos), cameras=()),
-        dictionary,
+        KIT_DICTIONARY,
         [view.camera for view in views],
-        options or MarkOptions(),
     )
     return place_stickers(found, views)
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, HOLDS
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table, heading
 from limbgram.core.tape import PLACING_SIGMA_MM, TAPER_SHARES
@@ -142,6 +143,8 @@ class Measures:
     skin: Skin = "only"
     """Which of a wall's two skins the figures are of; the areas and volumes of an outside are those
     of the material."""
+    outer_mesh: Mesh
+    """What of the shape its wall was measured on, in the limb frame: without bodies left out."""
     wall: Thickness | None = None
     """Thickness of the wall, in the limb frame; None if the shape is no wall."""
     through_mm: tuple[float, float] = AXIS_MM
@@ -185,7 +188,8 @@ class Measures:
         reach = COVER * np.array([figure.sigma or 0.0 for _, figure in known])
         axes.plot(values, heights, marker=".")
         axes.fill_betweenx(heights, values - reach, values + reach, alpha=0.3)
-        axes.set(xlabel=heading(name), ylabel=f"height from {self.reference_name} [mm]")
+        axes.set_xlabel(heading(name))
+        axes.set_ylabel(f"height from {self.reference_name} [mm]", parse_math=False)
         return axes
 
     def _repr_html_(self) -> str:
@@ -287,6 +291,7 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
         skin="outside" if is_two_skinned(levels) else "only",
+        outer_mesh=sigmas.mesh,
         wall=wall_thickness(sigmas.mesh),
         through_mm=through_mm,
     )
@@ -300,7 +305,7 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
     """
     found = measure_limb(inside_of(limb), options)
     whole = outer_bodies(limb.aligned().mesh_in_limb).mesh
-    return replace(found, skin="inside", wall=wall_thickness(whole))
+    return replace(found, skin="inside", outer_mesh=whole, wall=wall_thickness(whole))
 
 
 def check_one_reading(found: Measures, reading: TapeReading) -> TapeCheck | Finding:

@@ -75,21 +75,19 @@ _DECIMALS = 2
 
 _FALSE_SHARE = 0.05
 """Of the nodes that are kept, at most this share by chance."""
+_LEAST_MM, _FARTHEST_MM = 0.1, 30.0
+"""Smaller mean displacements are not kept; larger ones are no rectification."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LearnOptions:
-    """How pairs are aligned, and which displacements are kept."""
+    """How pairs are aligned, and from where heights count."""
 
     registration: RegistrationOptions = field(
         default_factory=lambda: RegistrationOptions(mostly_unchanged=True)
     )
     reference: str | None = None
     """Landmark from which heights count; None takes the most proximal that all pairs have."""
-    least_mm: float = 0.1
-    """Smaller mean displacements are not kept."""
-    farthest_mm: float = 30.0
-    """Larger displacements are no rectification."""
 
 
 DEFAULTS = LearnOptions()
@@ -160,9 +158,9 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     known = np.isfinite(fields).sum(0)
     mean, spread = robust_mean(fields)
     kept = significant_nodes(fields, _FALSE_SHARE)
-    kept &= np.nan_to_num(np.abs(mean)) >= options.least_mm
+    kept &= np.nan_to_num(np.abs(mean)) >= _LEAST_MM
     if not kept.any():
-        raise _nothing_learned(mean, spread, len(pairs), options)
+        raise _nothing_learned(mean, spread, len(pairs))
     template = Template(
         name=name,
         pairs=len(pairs),
@@ -206,7 +204,7 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
     found = ground.counterparts(samples.points_mm + moved[:, None] * samples.normals)
     met = np.abs(found.signed_mm) < _HIT_MM
     own = measured_faces(before.mesh, brim_mm)[samples.faces]
-    good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < options.farthest_mm)
+    good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < _FARTHEST_MM)
     if not good.any():
         raise MeasureError("compare.surface.no_counterpart")
     return Displacements(
@@ -341,10 +339,10 @@ def _brim_height(limb: Limb, chart: LimbChart) -> float:
     return float(chart.unpulled(np.array([[*middle_mm, brim_mm]]))[0, 0])
 
 
-def _nothing_learned(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> MeasureError:
+def _nothing_learned(mean: Field, spread: Field, pairs: int) -> MeasureError:
     most = np.unravel_index(np.nanargmax(np.abs(np.nan_to_num(mean))), mean.shape)
-    if not abs(mean[most]) >= options.least_mm:
-        return MeasureError("template.learn.nothing", least_mm=options.least_mm)
+    if not abs(mean[most]) >= _LEAST_MM:
+        return MeasureError("template.learn.nothing", least_mm=_LEAST_MM)
     return MeasureError(
         "template.learn.unlike",
         pairs=pairs,

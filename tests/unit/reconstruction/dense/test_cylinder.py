@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from limbgram.core import run
-from limbgram.core.errors import DenseError, OptionsError
+from limbgram.core.errors import DenseError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Cloud
 from limbgram.reconstruction.dense.depth import DepthMap
@@ -158,11 +158,6 @@ def test_empty_depth_maps_are_refused(painted: Any, depth_maps: tuple[DepthMap, 
     empty = [replace(m, depth_mm=np.full_like(m.depth_mm, np.nan)) for m in depth_maps]
     with pytest.raises(DenseError, match="Paint"):
         fuse(painted.photos, painted.metric, empty, painted.region)
-
-
-def test_a_senseless_option_is_refused(painted: Any) -> None:
-    with pytest.raises(OptionsError, match="sources"):
-        estimate_depth(painted.photos, painted.metric, painted.region, DenseOptions(sources=0))
 
 
 def test_what_two_photos_agree_on_but_the_others_see_through_is_no_surface(

@@ -10,8 +10,6 @@ from PIL import Image
 from limbgram.core.errors import MatchingError
 from limbgram.reconstruction.features.detection import Features, Keypoints, detect
 from limbgram.reconstruction.matching.matching import (
-    MatchingOptions,
-    SelectionOptions,
     match,
     select_pairs,
 )
@@ -99,10 +97,8 @@ def ring(count: int, shuffled: bool) -> tuple[Features, np.ndarray]:
 
 def test_few_of_many_pairs_are_tried_and_the_ring_closes() -> None:
     features, places = ring(40, shuffled=True)
-    options = SelectionOptions(partners=6, neighbours=1)
     pairs = {
-        frozenset((int(places[c.first]), int(places[c.second])))
-        for c in select_pairs(features, options)
+        frozenset((int(places[c.first]), int(places[c.second]))) for c in select_pairs(features)
     }
     assert len(pairs) < 40 * 39 / 2 / 3
     for place in range(40):
@@ -123,8 +119,9 @@ def test_neighbours_by_name_are_tried_even_when_they_look_hopeless() -> None:
             for i, k in enumerate(features.keypoints)
         )
     )
-    pairs = {(c.first, c.second) for c in select_pairs(blind, SelectionOptions(neighbours=1))}
-    assert pairs == {(i, i + 1) for i in range(11)} | {(0, 11)}
+    pairs = {(c.first, c.second) for c in select_pairs(blind)}
+    ring_of_two = {(i, i + step) for step in (1, 2) for i in range(12 - step)}
+    assert pairs == ring_of_two | {(0, 11), (0, 10), (1, 11)}
 
 
 def test_the_change_of_scale_of_a_pair_is_found() -> None:
@@ -136,7 +133,7 @@ def test_the_change_of_scale_of_a_pair_is_found() -> None:
         angle_deg=first.angle_deg + 90,
         descriptors=first.descriptors,
     )
-    (pair,) = select_pairs(Features((first, nearer)), SelectionOptions())
+    (pair,) = select_pairs(Features((first, nearer)))
     assert pair.scale_change == pytest.approx(2)
     assert pair.score > 90
 
@@ -144,6 +141,6 @@ def test_the_change_of_scale_of_a_pair_is_found() -> None:
 def test_pairs_with_few_matches_are_left_out(tmp_path: Path) -> None:
     wide = panorama(2, SIZE_PX + STEP_PX)
     views = [wide[:, :SIZE_PX], wide[:, STEP_PX:], panorama(9, SIZE_PX)]
-    matches = match(*photographed(tmp_path, views), MatchingOptions(min_matches=30))
+    matches = match(*photographed(tmp_path, views))
     assert [(pair.first, pair.second) for pair in matches.pairs] == [(0, 1)]
     assert matches.pairs_tried == 3

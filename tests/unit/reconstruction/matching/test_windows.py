@@ -9,7 +9,6 @@ from scipy.optimize import least_squares
 
 from limbgram.reconstruction.features.detection import Keypoints
 from limbgram.reconstruction.matching.windows import (
-    WindowOptions,
     build_pyramid,
     correlate,
     follow,
@@ -70,7 +69,6 @@ def run(waves: Waves, scale_px: float, noise: float, off_px: float) -> np.ndarra
         keypoints(xy_px, scale_px, 10.0),
         keypoints(start_px, scale_px * CHANGE, 10.0 + TURN_DEG),
         pairs,
-        WindowOptions(),
     )
     assert result.kept.mean() > 0.95
     assert (result.correlation[result.kept] > 0.9).all()
@@ -103,7 +101,6 @@ def test_false_matches_are_dropped(waves: Waves) -> None:
         keypoints(xy_px, 2.0, 0.0),
         keypoints(wrong_px, 2.0 * CHANGE, TURN_DEG),
         pairs,
-        WindowOptions(),
     )
     assert result.kept.mean() < 0.05
 
@@ -114,20 +111,29 @@ def test_windows_that_leave_the_picture_or_show_nothing_are_dropped() -> None:
     pyramid = build_pyramid(picture)
     places = keypoints(np.array([[3.0, 100.0], [200.0, 100.0], [50.0, 100.0]]), 1.5, 0.0)
     pairs = np.repeat(np.arange(3, dtype=np.int32)[:, None], 2, axis=1)
-    result = correlate(pyramid, pyramid, places, places, pairs, WindowOptions())
+    result = correlate(pyramid, pyramid, places, places, pairs)
     assert result.kept.tolist() == [False, False, True]
     np.testing.assert_allclose(result.xy_second_px[2], [50, 100], atol=1e-3)
     assert result.correlation[2] == pytest.approx(1, abs=1e-5)
 
 
-def test_a_point_that_moves_too_far_is_dropped(waves: Waves) -> None:
+@pytest.mark.parametrize("scale_px", [2.0, 4.0])
+def test_a_point_that_moves_too_far_is_dropped(waves: Waves, scale_px: float) -> None:
+    """Three pixels of the level compared, which is the half picture for keypoints of 4 px."""
     picture, _ = pictures(waves, 0.0)
     pyramid = build_pyramid(picture)
-    here = keypoints(np.array([[130.0, 110.0]]), 2.0, 0.0)
-    beside = keypoints(np.array([[131.5, 110.0]]), 2.0, 0.0)
+    here = keypoints(np.array([[130.0, 110.0]]), scale_px, 0.0)
     pair = np.zeros((1, 2), np.int32)
-    near = correlate(pyramid, pyramid, here, beside, pair, WindowOptions(max_shift=2.5))
-    far = correlate(pyramid, pyramid, here, beside, pair, WindowOptions(max_shift=1.0))
+    near, far = (
+        correlate(
+            pyramid,
+            pyramid,
+            here,
+            keypoints(np.array([[130.0 + level_px * scale_px / 2, 110.0]]), scale_px, 0.0),
+            pair,
+        )
+        for level_px in (2.5, 3.5)
+    )
     np.testing.assert_allclose(near.xy_second_px[0], [130, 110], atol=0.01)
     assert near.kept.tolist() == [True]
     assert far.kept.tolist() == [False]
@@ -141,7 +147,7 @@ def follow_to(waves: Waves, noise: float, off_px: float) -> np.ndarray:
     start_px = seen_second(xy_px) + rng.uniform(-off_px, off_px, xy_px.shape)
     maps = np.tile(second_from_first(), (200, 1, 1))
     expected = np.column_stack([start_px[:, 0], maps[:, 0], start_px[:, 1], maps[:, 1]])
-    found = follow(first, second, xy_px, expected, WindowOptions())
+    found = follow(first, second, xy_px, expected)
     return np.column_stack([found[:, :2] - seen_second(xy_px), found[:, 2]])
 
 
@@ -185,7 +191,7 @@ def test_following_is_least_squares_matching_in_two_levels(waves: Waves) -> None
     expected = np.column_stack(
         [start_px[:, 0], np.tile(map_[0], (12, 1)), start_px[:, 1], np.tile(map_[1], (12, 1))]
     )
-    found = follow(*pyramids, xy_px, expected, WindowOptions())
+    found = follow(*pyramids, xy_px, expected)
     assert np.isfinite(found).all()
     levels = []
     for pyramid in pyramids:

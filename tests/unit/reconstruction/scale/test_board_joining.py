@@ -13,7 +13,7 @@ from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.bundle_adjustment import adjust
 from limbgram.reconstruction.mapping.scene import Explanation, Observations, Scene
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
+from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
 
 TIE_PX, CORNER_PX = 0.3, 0.03
@@ -178,7 +178,7 @@ def test_a_typed_length_is_as_sure_as_a_lens_that_no_board_calibrated(
     sigmas = np.array([275.0, 275.0, 40.0, 40.0, 0.0, 0.05, 0.1, 2e-3, 2e-3, 0.0])
     ends = [(-150.0, 0.0, 100.0), (150.0, 0.0, 100.0)], [(0.0, 0.0, 20.0), (0.0, 0.0, 300.0)]
     flat, tall = (
-        capture.distance(label, *map(np.array, two), photos=(0, 3, 6, 9))
+        replace(capture.distance(label, *map(np.array, two), photos=(0, 3, 6, 9)), sigma_px=0.05)
         for label, two in zip(("flat", "tall"), ends, strict=True)
     )
     ratios, errors = [], []
@@ -190,8 +190,7 @@ def test_a_typed_length_is_as_sure_as_a_lens_that_no_board_calibrated(
         cameras = Cameras((given,))
         scene = alone(replace(measured(capture, seed), cameras=(found,)), cameras)
         board = capture.detections(2 * CORNER_PX, seed) if with_board else None
-        options = ScaleOptions(pick_sigma_px=0.05)
-        scale = to_millimetres(scene, board, (flat, tall), options, cameras).scale
+        scale = to_millimetres(scene, board, (flat, tall), cameras=cameras).scale
         (one,) = [length for length in scale.lengths if length.label == "tall"]
         errors.append(one.error)
         ratios.append(one.error * one.known_mm / one.sigma_mm)

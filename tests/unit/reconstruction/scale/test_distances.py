@@ -16,7 +16,7 @@ from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.distances import measure_distances, ruler_of
 from limbgram.reconstruction.scale.marks import distance_between_marks, mark_distances
 from limbgram.reconstruction.scale.ruler import RulerLength, jackknife_sigma
-from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
+from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks, find_marks
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
@@ -96,9 +96,9 @@ def test_sigma_follows_the_picks(capture) -> None:
     """Rays 1.5 m long, 0.27 mm per pixel: half a pixel on 120 mm is about a thousandth."""
     coarse, fine = (
         to_millimetres(
-            capture.scene, None, both(capture)[:1], ScaleOptions(pick_sigma_px=sigma)
+            capture.scene, None, [replace(one, sigma_px=sigma) for one in both(capture)[:1]]
         ).scale.relative_sigma
-        for sigma in (0.5, 0.1)
+        for sigma in (None, 0.1)
     )
     assert coarse == pytest.approx(5 * fine, rel=1e-6)
     assert 5e-4 < coarse < 2e-3

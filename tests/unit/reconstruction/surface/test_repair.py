@@ -19,7 +19,7 @@ from limbgram.core.mesh.topology import (
 from limbgram.reconstruction.surface.cleaning import drop_degenerate_and_duplicate, make_manifold
 from limbgram.reconstruction.surface.parts import tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
-from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
+from limbgram.reconstruction.surface.poisson import poisson
 from limbgram.reconstruction.surface.repair import repair
 
 
@@ -117,7 +117,7 @@ def test_poisson_is_cut_back_to_the_points_and_repaired(
     open_cylinder: Callable[[float], Cloud],
 ) -> None:
     cloud = open_cylinder(0.07)
-    mesh = whole_of(poisson(cloud, PoissonOptions(max_depth=7)), cloud)
+    mesh = whole_of(poisson(cloud), cloud)
     assert_whole(mesh, openings=1)
     inside = (mesh.vertices_mm[:, 2] > 4) & (mesh.vertices_mm[:, 2] < 79)
     error = _beside_thimble(mesh.vertices_mm[inside])

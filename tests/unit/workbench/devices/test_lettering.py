@@ -55,6 +55,15 @@ def test_who_looks_at_the_outer_side_reads_it() -> None:
     np.testing.assert_allclose(upright[:, 0], -level[:, 2], atol=1e-9)
 
 
+def test_what_stands_between_two_dollar_signs_is_no_formula() -> None:
+    reader, right = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    bare_mm, signed_mm = (
+        np.ptp(lettering(board(), text, np.zeros(3), reader, right).solid.vertices_mm[:, 0])
+        for text in ("__", "$__$")
+    )
+    assert signed_mm > bare_mm + CAPITAL_MM
+
+
 def test_on_a_round_wall_letters_follow_it() -> None:
     tube = shell_of(trimesh.creation.annulus(46.0, 50.0, 200.0, sections=180))
     text = lettering(tube, "left 11/26", np.array([0, -50.0, 0]), np.array([0, -1.0, 0]), UP)

@@ -10,7 +10,7 @@ from limbgram.core.errors import EditError, MeasureError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.regions import position_mm
 from limbgram.workbench.frame.landmarks import NAMES, landmark, with_landmarks
-from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
+from limbgram.workbench.frame.painted_marks import find_marks
 from limbgram.workbench.limb import Landmark, Limb
 
 BALL = trimesh.creation.icosphere(5, 60.0)
@@ -66,7 +66,7 @@ def test_marks_of_two_colours_that_touch_stay_two() -> None:
 
 def test_a_given_colour_leaves_the_others_out() -> None:
     mesh = painted([(PLACES[0], RED, 12), (PLACES[1], GREEN, 10), (PLACES[2], RED, 14)])
-    (mark,) = find_marks(mesh, MarkOptions(colour=(0, 160, 40)))
+    (mark,) = find_marks(mesh, (0, 160, 40))
     assert np.linalg.norm(mark.position_mm - PLACES[1]) < 0.5
 
 
@@ -74,13 +74,19 @@ def test_a_given_colour_leaves_the_others_out() -> None:
 def test_a_grey_is_no_colour_for_marks(grey: tuple[int, int, int]) -> None:
     mesh = painted([(PLACES[0], RED, 12)])
     with pytest.raises(OptionsError, match="near to grey"):
-        find_marks(mesh, MarkOptions(colour=grey))
+        find_marks(mesh, grey)
 
 
 def test_a_painted_sock_is_told_from_marks_on_it() -> None:
-    mesh = painted([(PLACES[0], RED, 12), (PLACES[1], GREEN, 10), (PLACES[2], RED, 14)])
-    with pytest.raises(MeasureError, match="3 spots on this shape pass as marks"):
-        find_marks(mesh, MarkOptions(most=2))
+    """41 dabs of 8 mm on a spiral from pole to pole; the last one less, and they are marks."""
+    z = np.linspace(-0.95, 0.95, 41)
+    turn = np.pi * (3 - np.sqrt(5)) * np.arange(41)
+    across = np.sqrt(1 - z**2)
+    places = 60 * np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
+    dabs = [(place, GREEN, 8.0) for place in places]
+    with pytest.raises(MeasureError, match="41 spots on this shape pass as marks"):
+        find_marks(painted(dabs))
+    assert len(find_marks(painted(dabs[:-1]))) == 40
 
 
 def test_a_shape_without_colours_shows_no_marks() -> None:

@@ -200,7 +200,7 @@ def test_the_command_measures_either_side_and_draws_the_wall(tmp_path: Path) -> 
 def test_the_map_is_drawn_on_the_surface_whose_wall_was_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A crumb beside the wall is left out of the measures, and its vertices of the map."""
+    """A crumb beside the wall is left out of the measures, its vertices and the sock of the map."""
     crumb, wall = trimesh.creation.icosphere(radius=3), cup(2.0).mesh
     crumb.apply_translation([120, 0, 75])
     mesh = Mesh(
@@ -214,11 +214,13 @@ def test_the_map_is_drawn_on_the_surface_whose_wall_was_measured(
         return wall_map(shown, thickness)
 
     monkeypatch.setattr("limbgram.report.drawings.wall_thickness.wall_map", kept)
-    for inside in (False, True):
-        ask = MeasureRequest(heights_mm=(80,), inside=inside)
+    for inside, sock_mm in ((False, None), (True, None), (False, 0.5)):
+        ask = MeasureRequest(heights_mm=(80,), inside=inside, sock_mm=sock_mm)
         measure(replace(cup(2.0), mesh=mesh), ask, MeasureFiles(walls=tmp_path / "walls.png"))
         shown, thickness = drawn.pop()
         assert len(thickness.at_vertices_mm) == len(shown) == len(wall)
+        width_mm = 2 * (OUTER_MM - (sock_mm or 0.0))
+        assert np.ptp(shown.vertices_mm[:, 0]) == pytest.approx(width_mm, abs=0.01)
 
 
 def test_a_crumb_beside_a_wall_is_neither_measured_nor_drawn(tmp_path: Path) -> None:

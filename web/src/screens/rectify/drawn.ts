@@ -3,7 +3,8 @@ import { Vector3 } from "three";
 
 import { circleOn } from "../../geometry/circle";
 import { vec3 } from "../../geometry/vectors";
-import type { Handle, Line, Mark } from "../../viewer/overlay";
+import type { Handle } from "../../viewer/handles";
+import type { Line, Mark } from "../../viewer/overlay";
 import { term } from "../../words";
 import type { Workspace } from "./workspace";
 import { wayOf } from "./draft";

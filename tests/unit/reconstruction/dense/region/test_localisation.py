@@ -109,7 +109,7 @@ def test_masks_win_over_what_the_cameras_aim_at(metric: MetricScene, tmp_path) -
         cv2.fillConvexPoly(mask, outline, 255)
         masks[view.name] = tmp_path / f"{view.name}.png"
         cv2.imwrite(str(masks[view.name]), mask)
-    region = find_region(photo_set(metric, masks), metric, RegionOptions(cubes=30))
+    region = find_region(photo_set(metric, masks), metric, RegionOptions())
     box = metric.scene.points_in_world[4000:4300]
     assert region.contains(box).mean() > 0.99
     assert not region.contains(metric.scene.points_in_world[:2500]).any()
