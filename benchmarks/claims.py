@@ -282,15 +282,29 @@ def angles() -> str:
         for bodies in (feet, trunks)
         for name in bodies[0]["angles"]["0.5 mm"]
     ]
-    lengths = " ".join(
-        f"{name}: off by {_range([one['measures'][key]['off'] for one in feet])} mm, one standard "
-        f"deviation stated as {_range([one['measures'][key]['sigma'] for one in feet])} mm."
-        for name, key in (
-            ("Foot length", "foot_length_mm"),
-            ("Heel to second toe", "heel_to_second_toe_mm"),
-        )
+    wide = sorted({one["width_px"] for one in feet})
+    lengths = "\n".join(
+        _lengths_at(width, [one["measures"] for one in feet if one["width_px"] == width])
+        for width in wide
     )
     return f"{table(heads, rows)}\n\n{lengths}\n\n" + _measured_on(("device_photos",))
+
+
+def _lengths_at(width_px: int, feet: Sequence[Json]) -> str:
+    """How far lengths and girths of feet are off that were seen in photos of this width."""
+    off = [row["off"] for foot in feet for key, row in foot.items() if row and key.endswith("_mm")]
+    told = [
+        f"{name} off by {_range([foot[key]['off'] for foot in feet], 2)} mm, one standard "
+        f"deviation stated as {_range([foot[key]['sigma'] for foot in feet], 2)} mm"
+        for name, key in (
+            ("foot length", "foot_length_mm"),
+            ("heel to second toe", "heel_to_second_toe_mm"),
+        )
+    ]
+    return (
+        f"- Photos {width_px} px wide: {sum(abs(one) <= 0.3 for one in off)} of {len(off)} lengths "
+        f"and girths within 0.3 mm; {'; '.join(told)}."
+    )
 
 
 def _angle_cells(bodies: Sequence[Json], name: str) -> Sequence[str]:
@@ -309,8 +323,8 @@ def _angle_cells(bodies: Sequence[Json], name: str) -> Sequence[str]:
     )
 
 
-def _range(values: Sequence[float]) -> str:
-    told = dict.fromkeys(f"{one:z.1f}" for one in (min(values), max(values)))
+def _range(values: Sequence[float], digits: int = 1) -> str:
+    told = dict.fromkeys(f"{one:z.{digits}f}" for one in (min(values), max(values)))
     return " to ".join(told)
 
 

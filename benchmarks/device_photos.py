@@ -138,17 +138,18 @@ def main() -> None:
         result["cases"] = json.loads(chosen.out.read_text())["cases"]
     with tempfile.TemporaryDirectory() as scratch:
         for number, case in enumerate(CASES):
-            if (chosen.only and number not in chosen.only) or case.name in result["cases"]:
+            name = f"{case.name}, {chosen.width} px"
+            if (chosen.only and number not in chosen.only) or name in result["cases"]:
                 continue
-            folder = (chosen.keep or Path(scratch)) / f"case{number}"
+            folder = (chosen.keep or Path(scratch)) / f"case{number}, {chosen.width} px"
             folder.mkdir(parents=True, exist_ok=True)
             start = time.process_time()
             found = one(case, chosen, folder)
             found["cpu_s"] = round(time.process_time() - start)
             found["commit"] = result["machine"]["commit"]
-            result["cases"][case.name] = found
+            result["cases"][name] = found
             write(chosen.out, result)
-            sys.stderr.write(f"{case.name}: {json.dumps(found)[:2000]}\n")
+            sys.stderr.write(f"{name}: {json.dumps(found)[:2000]}\n")
 
 
 def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
