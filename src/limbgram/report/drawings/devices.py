@@ -52,5 +52,5 @@ def _with_lines(figure: "Figure", title: str, lines: Sequence[str], below: Seque
         column, row = divmod(number, rows)
         at = _HEAD_IN + (row + 0.5) * _LINE_IN
         room.text(column / _COLUMNS, at, line, fontsize=7.5, color=INK, va="center")
-    foot = as_it_is(" ".join(below))
+    foot = as_it_is(" ".join(f"{one[:1].upper()}{one[1:]}" for one in below))
     room.text(0, more_in - 0.1, foot, fontsize=7, color=PALE_INK, va="bottom", wrap=True)
