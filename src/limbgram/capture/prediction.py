@@ -42,7 +42,7 @@ from limbgram.reconstruction.measuring.measurement_pass import (
 )
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
 from limbgram.reconstruction.measuring.visibility import best_views, incidence_cosine_blocks
-from limbgram.reconstruction.pipeline import DEFAULTS as PIPELINE
+from limbgram.reconstruction.pipeline import EDGE_PX
 from limbgram.reconstruction.user_settings import MOST_TRIANGLES
 
 SHARE_OF_PIXEL = 0.067
@@ -197,7 +197,7 @@ def bridging_factor(gap_px: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " 
 def _mesh_pixel_mm(proxy: LimbProxy) -> float:
     """The pixel size below which the finest allowed mesh does not measure any better."""
     face_mm2 = float(proxy.area_mm2[proxy.known].sum()) / MOST_TRIANGLES
-    return math.sqrt(4 / math.sqrt(3) * face_mm2) / PIPELINE.edge_px
+    return math.sqrt(4 / math.sqrt(3) * face_mm2) / EDGE_PX
 
 
 def vertex_sigma_mm(

@@ -142,7 +142,7 @@ class PipelineOptions:
 
 
 DEFAULTS = PipelineOptions()
-_EDGE_PX = 4.5
+EDGE_PX = 4.5
 """Edges of the mesh that is measured, in pixels of the photos."""
 _FEWEST_REDUCED = 2000
 _ENOUGH_REDUCED = 1800
@@ -333,7 +333,7 @@ def _measured(
         metric,
         coarse,
         beside_mm2=sum(part.area_mm2 for part in parts.parts if part.number != number),
-        edge_px=_EDGE_PX,
+        edge_px=EDGE_PX,
         most_triangles=options.most_triangles,
         depth_share=share,
         memory_mb=run.memory_mb,
