@@ -35,9 +35,9 @@ from limbgram.workbench.anatomy.surface_lines import (
     line_under,
 )
 
-_LEAST_SINE = 0.05
+LEAST_SINE = 0.05
 """Sine of 3 degrees; directions nearer to each other span no plane."""
-_LEAST_MM = 1.0
+LEAST_MM = 1.0
 """Places nearer to each other than this span no line."""
 _LINE_FITS = {"halves": bisecting_line, "halves across": bisecting_line_across, "under": line_under}
 _FRAME_ROWS = {"right": 0, "anterior": 1, "long axis": 2}
@@ -147,12 +147,12 @@ class Anatomy:
         steps = np.diff(nodes, axis=0)
         steps_mm = np.linalg.norm(steps, axis=1)
         for step_mm, ends in zip(steps_mm, pairwise(bent.nodes), strict=True):
-            if step_mm < _LEAST_MM:
+            if step_mm < LEAST_MM:
                 raise MeasureError(
                     "anatomy.on_point", name="centreline", names=_landmark_names(*ends)
                 )
         for k, (before, after) in enumerate(pairwise(steps / steps_mm[:, None])):
-            if before @ after < 0 and np.linalg.norm(np.cross(before, after)) < _LEAST_SINE:
+            if before @ after < 0 and np.linalg.norm(np.cross(before, after)) < LEAST_SINE:
                 names = _landmark_names(*bent.nodes[k : k + 3])
                 raise MeasureError("anatomy.on_line", name="centreline", names=names)
         return rounded_polyline(nodes, bent.rounded)
@@ -212,7 +212,7 @@ class Anatomy:
         middle, way = (start + end) / 2, end - start
         half_mm = abs(float(way @ along)) / 2
         fades = towards if one.how == "under" else aside
-        if half_mm < _LEAST_MM or abs((none - whole) @ fades) < _LEAST_MM:
+        if half_mm < LEAST_MM or abs((none - whole) @ fades) < LEAST_MM:
             names = _landmark_names(one.start, one.end, one.whole, one.none)
             raise MeasureError("anatomy.on_point", name=one.name, names=names)
         return SurfacePart(
@@ -245,7 +245,7 @@ class Anatomy:
             normal = self.axis(one.within).direction
             along = along - normal * (along @ normal)
         length_mm = float(np.linalg.norm(along))
-        if length_mm < _LEAST_MM:
+        if length_mm < LEAST_MM:
             raise MeasureError(
                 "anatomy.on_point", name=one.name, names=_landmark_names(one.start, one.end)
             )
@@ -255,7 +255,7 @@ class Anatomy:
         first, second, third = (self.at(mid, one.name) for mid in one.through)
         normal = np.cross(second - first, third - first)
         size = np.linalg.norm(second - first) * np.linalg.norm(third - first)
-        if not np.linalg.norm(normal) > _LEAST_SINE * size:
+        if not np.linalg.norm(normal) > LEAST_SINE * size:
             raise MeasureError(
                 "anatomy.on_line", name=one.name, names=_landmark_names(*one.through)
             )
@@ -264,7 +264,7 @@ class Anatomy:
         return _make_axis(one.name, (first + second + third) / 3, normal, float(np.sqrt(size)))
 
     def _require_apart(self, name: str, sine: float) -> None:
-        if sine < _LEAST_SINE:
+        if sine < LEAST_SINE:
             raise MeasureError("anatomy.on_line", name=name, names=None)
 
 

@@ -21,6 +21,7 @@ from limbgram.core.geometry.frames import plane_basis
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
 from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.workbench.anatomy.directions import LEAST_MM, LEAST_SINE
 from limbgram.workbench.anatomy.names import landmark_named
 from limbgram.workbench.edits.regions import position_mm
 from limbgram.workbench.limb import AlignedLimb, Limb
@@ -36,10 +37,6 @@ _HEEL_SHARE, _BALL_SHARE = 0.3, 0.2
 """Shares of the length from heel to ball: the foot can touch the ground up to this far in front of
 the heel, and this far before and behind the metatarsal heads."""
 _STANDS_ON = ("heel", "first metatarsal head", "fifth metatarsal head")
-_LEAST_SINE = 0.05
-"""Sine of 3 degrees: places nearer to one line span no plane."""
-_LEAST_MM = 1.0
-"""Places nearer to each other than this span no direction."""
 
 
 @dataclass(frozen=True)
@@ -228,10 +225,10 @@ def _require_plane(three: Float64[np.ndarray, "3 3"], toe: Vector3) -> None:
     """
     sides, ahead = three[1:] - three[0], toe - three[0]
     up = np.cross(*sides)
-    if not np.linalg.norm(up) > _LEAST_SINE * lengths(sides).prod():
+    if not np.linalg.norm(up) > LEAST_SINE * lengths(sides).prod():
         raise EditError("anatomy.on_line", name="plantar", names=_STANDS_ON)
     up = unit(up[None])[0]
-    if np.linalg.norm(ahead - (ahead @ up) * up) < _LEAST_MM:
+    if np.linalg.norm(ahead - (ahead @ up) * up) < LEAST_MM:
         raise EditError("anatomy.on_point", name="foot", names=(_STANDS_ON[0], "second toe"))
 
 
