@@ -186,7 +186,7 @@ def _by_truth(bar: BallBar, case: Path, source: Path) -> list[float]:
     points, areas = [], []
     for file in files:
         mesh = read_limb(file).mesh
-        kept = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
+        kept = mesh.measured
         points.append(fit.apply(mesh.vertices_mm[kept]))
         areas.append(mesh.vertex_areas_mm2()[kept])
     places, weights = np.concatenate(points), np.concatenate(areas)

@@ -301,7 +301,7 @@ def _reconstructed(options: CaptureOptions, folder: Path) -> _Surface:
     samples = done.mesh.vertices_mm[measured_samples(done.mesh)]
     fit = align_by_surface(samples, truth, align_by_cameras(own, truth)).truth_from_world
     mesh = done.mesh.with_vertices(fit.apply(done.mesh.vertices_mm))
-    measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
+    measured = mesh.measured
     away_mm, seen = signed_mm(mesh.vertices_mm[measured], truth)
     write_limb(Limb(mesh=mesh), folder / "surface.ply")
     figures = {
@@ -426,7 +426,7 @@ def _turned(case: Case, exact: Limb, measured: Limb) -> dict[str, Any]:
     shares = plan.shares(measured.mesh.vertices_mm)
     exactly_mm = plan.applied(measured.mesh.vertices_mm)
     added_mm = np.linalg.norm(own_plan.applied(measured.mesh.vertices_mm) - exactly_mm, axis=1)
-    seen = np.ones(len(shares), bool) if measured.mesh.filled is None else ~measured.mesh.filled
+    seen = measured.mesh.measured
     found: dict[str, Any] = {"joint": turn.joint, "by_deg": turn.by_deg}
     for name, part in (
         ("distal", shares >= 1 - 1e-9),

@@ -173,7 +173,7 @@ def one(options: CaptureOptions) -> dict[str, Any]:
         read = read_mesh(write_stl(done.mesh, Path(scratch) / "surface.stl", "mm"), 1.0)
         found = {
             "triangles": len(done.mesh.faces),
-            "filled_share": _filled_share(done.mesh),
+            "filled_share": done.mesh.filled_share(),
             "laid_back": 0 if done.mesh.repairs is None else done.mesh.repairs.laid_back,
             "let_be": counts(run.let_be),
             "after": counts(done.mesh),
@@ -198,14 +198,10 @@ def rms_mm(mesh: Mesh, done: Reconstruction, truth: Truth) -> float:
     centres = np.array([view.centre_in_world for view in done.metric.scene.views])
     samples = mesh.vertices_mm[measured_samples(mesh)]
     fit = align_by_surface(samples, truth, align_by_cameras(centres, truth))
-    measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
+    measured = mesh.measured
     placed = fit.truth_from_world.apply(mesh.vertices_mm[measured])
     away_mm, seen = signed_mm(placed, truth)
     return float(np.sqrt(np.mean(away_mm[seen] ** 2)))
-
-
-def _filled_share(mesh: Mesh) -> float:
-    return 0.0 if mesh.filled is None else float(mesh.filled.mean())
 
 
 def page(found: dict[str, Any]) -> str:

@@ -212,9 +212,7 @@ def test_a_crumpled_start_is_measured_without_folds(ball: Ball) -> None:
     for middle in places:
         near = np.linalg.norm(start.vertices_mm - start.vertices_mm[middle], axis=1) < 4.0
         vertices[near] += random.normal(scale=1.0, size=(int(near.sum()), 3))
-    whole = Repairs(
-        islands_dropped=0, island_share=0.0, holes_filled=0, filled_share=0.0, brim_mm=0.0
-    )
+    whole = Repairs(islands_dropped=0, island_share=0.0, holes_filled=0)
     crumpled = replace(start.with_vertices(vertices), repairs=whole)
     assert len(find_folds(crumpled)) > 50
     result = measure(read_photos([ball.photos]), ball.metric, crumpled)

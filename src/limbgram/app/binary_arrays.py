@@ -107,7 +107,7 @@ def change_blocks(before: Mesh, after: Mesh, header: Mapping[str, Any]) -> bytes
 
 
 def _of_vertices(mesh: Mesh, chosen: np.ndarray) -> dict[str, np.ndarray]:
-    filled = np.zeros(len(mesh), np.bool_) if mesh.filled is None else mesh.filled
+    filled = ~mesh.measured
     blocks: dict[str, np.ndarray] = {"flags": filled[chosen].astype(np.uint8)}
     if mesh.sigma_mm is not None:
         blocks["sigma"] = mesh.sigma_mm[chosen]

@@ -429,7 +429,7 @@ def align_with_calibrated(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndar
     """
     truth, ours = Limb(mesh=calibrated, name="artefact"), Limb(mesh=mesh, name="surface")
     alignment = align_shapes(truth, ours, axes_of(truth), RegistrationOptions(way="icp"))
-    measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
+    measured = mesh.measured
     points: Points3 = alignment.first_from_second.apply(mesh.vertices_mm[measured])
     gaps_mm = KDTree(points).query(calibrated.vertices_mm)[0]
     areas_mm2 = calibrated.vertex_areas_mm2()

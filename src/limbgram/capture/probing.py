@@ -96,9 +96,7 @@ def surface_of(meshes: Sequence[Mesh]) -> Surface:
         vertices_mm=np.concatenate([mesh.vertices_mm for mesh in meshes]),
         normals=np.concatenate([mesh.vertex_normals() for mesh in meshes]),
         areas_mm2=np.concatenate([mesh.vertex_areas_mm2() for mesh in meshes]),
-        measured=np.concatenate(
-            [np.ones(len(m), bool) if m.filled is None else ~m.filled for m in meshes]
-        ),
+        measured=np.concatenate([m.measured for m in meshes]),
         edges=np.concatenate(edges),
     )
 

@@ -109,7 +109,7 @@ def signed_mm(
 
 def measured_samples(mesh: Mesh) -> np.ndarray:
     """Indices of vertices that were measured, evenly thinned."""
-    idx = np.arange(len(mesh)) if mesh.filled is None else np.flatnonzero(~mesh.filled)
+    idx = np.flatnonzero(mesh.measured)
     return idx[:: max(1, len(idx) // _SAMPLES)]
 
 

@@ -67,10 +67,6 @@ class Repairs:
     """Area of the measured surface that was left out, islands and parts torn off, as a share of
     this mesh's area."""
     holes_filled: int
-    filled_share: float
-    """Share of the area that no photo measured."""
-    brim_mm: float
-    """Length of the open brim; 0 for a closed surface."""
     laid_back: int = 0
     """Vertices moved to remove folds of the measurement (`core/mesh/folds`)."""
     part: int = 1
@@ -206,12 +202,17 @@ class Mesh:
         """A third of the area of the triangles round each vertex."""
         return _summed_at_vertices(lengths(self.face_normals()) / 6, self.faces, len(self))
 
+    @property
+    def measured(self) -> Bool[np.ndarray, " n"]:
+        """True at vertices that photos measured: at all of them where none are flagged."""
+        return np.ones(len(self), np.bool_) if self.filled is None else ~self.filled
+
     def filled_share(self) -> float:
         """Share of the area at vertices that no photo measured; 0 where they are not flagged."""
-        if self.filled is None or not self.filled.any():
+        if self.measured.all():
             return 0.0
         areas_mm2 = self.vertex_areas_mm2()
-        return float(areas_mm2[self.filled].sum() / areas_mm2.sum())
+        return float(areas_mm2[~self.measured].sum() / areas_mm2.sum())
 
     def chordal_deviations_mm(self) -> Float64[np.ndarray, " n"]:
         """How far the faces round each vertex lie inside the smooth surface, on average.

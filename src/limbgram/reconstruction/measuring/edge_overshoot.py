@@ -64,7 +64,7 @@ def without_overshoot(mesh: Mesh) -> Mesh:
         return mesh
     vertices = np.where(lips[:, None], pulled, mesh.vertices_mm)
     vertices = _smoothed_tangentially(vertices, adjacency, np.flatnonzero(lips), normals)
-    filled = lips if mesh.filled is None else mesh.filled | lips
+    filled = lips | ~mesh.measured
     return replace(
         mesh.with_vertices(vertices),
         filled=filled,

@@ -113,7 +113,7 @@ def measure(
     mesh, guessed = _with_even_brim(mesh, imagery, views, options)
     seen_by, unseen = _measuring_photos(mesh, views)
     mesh, last_round = _matched_jointly(mesh, imagery, views, seen_by, options)
-    mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
+    mesh = replace(mesh, filled=unseen | ~mesh.measured)
     if last_round is not None:
         mesh = with_sigma(mesh, *last_round, metric, guessed)
         mesh = without_overshoot(mesh) if options.lay_back_overshoot else mesh
@@ -253,7 +253,7 @@ def _with_even_brim(
     """
     closed = level_brim(mesh, options.brim)
     if closed is mesh or closed.filled is None:
-        return mesh, np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
+        return mesh, ~mesh.measured
     guessed = closed.filled
     part, chosen = _submesh(closed, dilated(guessed, closed.faces, _CONTEXT_RINGS))
     accepted = np.zeros(len(part), bool)

@@ -252,7 +252,7 @@ def thin_plate_of(mesh: Mesh) -> ThinPlate:
     laplacian = sp.diags(1 / area) @ (graph - sp.diags(np.asarray(graph.sum(1)).ravel()))
     laplacian, neighbours = sp.csr_matrix(laplacian), _adjacency(graph)
     is_boundary = boundary_vertices(faces, count)
-    unreliable = is_boundary if mesh.filled is None else is_boundary | mesh.filled
+    unreliable = is_boundary | ~mesh.measured
     curvature = np.einsum("ij,ij->i", mesh.vertex_normals(), laplacian @ vertices)
     return ThinPlate(
         laplacian=laplacian,

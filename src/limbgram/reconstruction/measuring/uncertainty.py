@@ -288,7 +288,7 @@ def filled_or_unsupported(
         guessed: Vertices that no depth map had.
         start_error_left: As `LocalErrors` has it.
     """
-    filled = np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
+    filled = ~mesh.measured
     filled = filled | (guessed & (start_error_left > _MAX_START_ERROR_LEFT))
     unsupported = guessed | (equations.photo_count < 2) | _at_long_edges(mesh)
     beside = np.zeros(len(mesh), bool)

@@ -196,7 +196,7 @@ def _with_attributes(mesh: Mesh, capped: Mesh) -> Mesh:
     count, added = len(mesh), len(capped) - len(mesh)
     nearest = KDTree(mesh.vertices_mm).query(capped.vertices_mm[count:])[1].astype(np.int64)
     whole = select_vertices(mesh, np.concatenate([np.arange(count), nearest]))
-    before = np.zeros(count, np.bool_) if mesh.filled is None else mesh.filled
+    before = ~mesh.measured
     return replace(
         whole,
         vertices_mm=capped.vertices_mm,

@@ -10,11 +10,10 @@ Fails   SurfaceError: nothing is left, or a hole cannot be closed.
 
 from dataclasses import replace
 
-import numpy as np
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import SurfaceError
-from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Cloud, Mesh, Repairs
 from limbgram.core.mesh.topology import (
     boundary_loops,
@@ -55,8 +54,6 @@ def repair(parts: Parts, cloud: Cloud, number: int | None = None) -> Mesh:
             islands_dropped=parts.crumbs if is_chosen else 0,
             island_share=parts.left_out_share if is_chosen else 0.0,
             holes_filled=len(openings.holes),
-            filled_share=_filled_share(whole),
-            brim_mm=0.0 if brim is None else _loop_length_mm(whole.vertices_mm[brim]),
             part=number or parts.chosen,
             part_given=parts.given and is_chosen,
             others=parts.others if is_chosen else (),
@@ -69,14 +66,3 @@ def _check_topology(faces: Faces, openings: int) -> None:
     whole = is_edge_manifold(faces) and is_vertex_manifold(faces)
     if not whole or len(boundary_loops(faces)) != openings or face_components(faces).any():
         raise SurfaceError("surface.holes")
-
-
-def _filled_share(mesh: Mesh) -> float:
-    """Share of the area at filled vertices."""
-    filled = np.zeros(len(mesh), np.bool_) if mesh.filled is None else mesh.filled
-    areas = np.linalg.norm(mesh.face_normals(), axis=1)
-    return float(areas[filled[mesh.faces].any(1)].sum() / areas.sum())
-
-
-def _loop_length_mm(loop: Points3) -> float:
-    return float(np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1).sum())

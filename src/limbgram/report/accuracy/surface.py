@@ -60,7 +60,7 @@ def surface_figures(evidence: Evidence) -> SurfaceFigures:
     """Completeness, openings, photos per place, and sigma."""
     mesh = evidence.mesh
     areas = mesh.vertex_areas_mm2()
-    measured = measured_vertices(mesh)
+    measured = mesh.measured
     repairs = mesh.repairs
     return SurfaceFigures(
         vertices=len(mesh),
@@ -83,11 +83,6 @@ def surface_figures(evidence: Evidence) -> SurfaceFigures:
 
 def _other_body(part: Part) -> OtherBody:
     return OtherBody(number=part.number, relation=part.relation, area=part.area_mm2)
-
-
-def measured_vertices(mesh: Mesh) -> np.ndarray:
-    """True where photos measured the surface."""
-    return np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
 
 
 def openings(mesh: Mesh) -> tuple[Opening, ...]:
@@ -130,7 +125,7 @@ def _sigma_figures(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> SurfaceSigma
     """Sigma figures along the normal of the measured surface; None where there are no sigmas."""
     if mesh.sigma_mm is None:
         return None
-    known = np.isfinite(mesh.sigma_mm) & measured_vertices(mesh) & (areas > 0)
+    known = np.isfinite(mesh.sigma_mm) & mesh.measured & (areas > 0)
     if not known.any():
         return None
     sigmas, weights = mesh.sigma_mm[known].astype(np.float64), areas[known]
@@ -181,7 +176,7 @@ def expected_p95(sigmas: Float64[np.ndarray, " n"], weights: Float64[np.ndarray,
 
 def around_figures(mesh: Mesh, floor_z: float | None) -> Around:
     """Directions without measured surface, the widest gap, and what is open beyond one brim."""
-    measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
+    measured = mesh.measured
     faces = mesh.faces[measured[mesh.faces].any(1)]
     corners = np.unique(faces)
     corners = corners[measured[corners]]

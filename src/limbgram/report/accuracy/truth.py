@@ -21,7 +21,6 @@ from limbgram.report.accuracy.figures import (
     TrueGirth,
     TruthFigures,
 )
-from limbgram.report.accuracy.surface import measured_vertices
 from limbgram.report.alignment import (
     Truth,
     align_by_cameras,
@@ -80,7 +79,7 @@ def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
     pose, scale_error = _aligned(samples, centres_mm, truth, alignment)
     placed = mesh.moved(pose)
     all_mm, seen = signed_mm(placed.vertices_mm, truth)
-    compared = seen & measured_vertices(mesh)
+    compared = seen & mesh.measured
     if not compared.any():
         raise MeasureError(
             "No part of the measured surface lies near the truth. Is it the truth of this limb, "

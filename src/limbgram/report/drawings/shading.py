@@ -81,7 +81,7 @@ def shade_each(
     """For each frame a picture in each paint; what is in sight is found once a frame."""
     n = _OVERSAMPLING
     normals = mesh.vertex_normals()
-    filled = np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float)
+    filled = (~mesh.measured).astype(float)
     toward = np.array([direction / np.linalg.norm(direction) for direction, _ in _LIGHTS])
     lights = toward * np.array([[strength] for _, strength in _LIGHTS])
 

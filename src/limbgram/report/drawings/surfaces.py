@@ -84,7 +84,7 @@ def _scatter(axes: "Axes", cloud: Cloud, up: int, size: float) -> None:
 
 def _surface_caption(mesh: Mesh, metric: MetricScene, size: np.ndarray) -> str:
     unit = "mm" if metric.scale.unit == "mm" else "scene units (NO SCALE)"
-    filled = 0.0 if mesh.filled is None else float(mesh.filled.mean())
+    filled = mesh.filled_share()
     parts = (
         f"{len(mesh):,} vertices, {len(mesh.faces):,} triangles; "
         f"{size[0]:.1f} x {size[1]:.1f} x {size[2]:.1f} {unit}, seen from four sides round the "
@@ -93,9 +93,9 @@ def _surface_caption(mesh: Mesh, metric: MetricScene, size: np.ndarray) -> str:
     if is_inside_out(mesh):
         parts += "It is the inside of something, drawn as a cast of it would look. "
     return parts + (
-        f"{filled:.1%} of the vertices are orange: no photo measured them, we filled them in."
+        f"{filled:.1%} of the area is orange: no photo measured it, we filled it in."
         if filled
-        else "Every vertex was measured."
+        else "All of it was measured."
     )
 
 

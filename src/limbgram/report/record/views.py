@@ -38,9 +38,7 @@ def four_sides_of_limb(limb: AlignedLimb) -> Drawing:
         number_landmarks(axes, frame, landmarks, normals)
         scale_bar(axes, frame)
         letter_corners(axes, BESIDE[azimuth_deg])
-    filled = mesh.filled
-    share = 0.0 if filled is None else float(filled.mean())
-    return Drawing(figure, _caption(bool(landmarks), share))
+    return Drawing(figure, _caption(bool(landmarks), mesh.filled_share()))
 
 
 def _sides(side: Side) -> tuple[tuple[str, int], ...]:
@@ -59,5 +57,5 @@ def _caption(numbered: bool, filled: float) -> str:
     if numbered:
         parts.append("Numbers are the landmarks of the table.")
     if filled:
-        parts.append(f"Orange ({filled:.1%} of the vertices) was filled in, not measured.")
+        parts.append(f"Orange ({filled:.1%} of the area) was filled in, not measured.")
     return " ".join(parts)

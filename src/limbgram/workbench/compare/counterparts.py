@@ -66,7 +66,7 @@ class CounterpartSurface:
 
 def measured_vertices(mesh: Mesh, brim_mm: float) -> Bool[np.ndarray, " n"]:
     """False at vertices that were filled in, or lie within `brim_mm` of an open edge."""
-    measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
+    measured = mesh.measured
     brim = brim_points(mesh)
     if len(brim) and brim_mm > 0:
         within = float(np.nextafter(brim_mm, np.inf))

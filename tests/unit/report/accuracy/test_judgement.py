@@ -324,8 +324,6 @@ def with_part(evidence: Evidence, relation: Relation, lacking: float, *, given: 
         islands_dropped=0,
         island_share=lacking,
         holes_filled=0,
-        filled_share=0.0,
-        brim_mm=0.0,
         part_given=given,
         others=(other,),
     )
