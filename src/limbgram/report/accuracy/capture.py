@@ -37,7 +37,7 @@ from limbgram.report.accuracy.figures import (
     MovementFigures,
     PhotoFigures,
     TapedLength,
-    on_another_piece,
+    independent_checks,
 )
 from limbgram.report.image_scale import image_scales
 from limbgram.workbench.measures.levels import Figure, Refused, Sigmas, levels_at, tape_mm
@@ -213,7 +213,7 @@ def length_figures(evidence: Evidence) -> LengthFigures:
         check_rms=_relative_rms(checks),
         check_worst=max((abs(one.error) for one in checks), default=math.nan),
         check_worst_label=max(checks, key=lambda one: abs(one.error)).label if checks else "",
-        checked_by_another_piece=bool(on_another_piece(control, check)),
+        checked_by_another_piece=bool(independent_checks(control, check)),
         tapes=tuple(_taped_length(one, evidence.mesh) for one in evidence.tapes.found)
         if scale.unit == "mm"
         else (),

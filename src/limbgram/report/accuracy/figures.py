@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from limbgram.core.mesh.mesh import Relation
+from limbgram.core.tape import AGREES_SIGMAS
 from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.photos.photo import SetAside
@@ -260,15 +261,26 @@ class KnownLength:
     sigma_mm: float
 
 
-def on_another_piece(
+CHECK_TELLS = 0.01
+"""Of the length: a check length or a tape checks the size where its two sigmas are no more. 1 % of
+a girth of 350 mm is less than two plies of sock, and a print fitted to the page is 3 % off or more.
+A tape reaches 1 % on a girth of 300 mm that does not taper."""
+
+
+def independent_checks(
     control: Sequence[KnownLength], check: Sequence[KnownLength]
 ) -> tuple[KnownLength, ...]:
-    """The check lengths that lie on another piece than every length that set the scale.
+    """The check lengths that tell, on another piece than every length that set the scale.
 
     Each distance that was given by hand was measured by itself.
     """
     print_set_it = any(one.between in PRINTED for one in control)
-    return tuple(one for one in check if not (print_set_it and one.between in PRINTED))
+    return tuple(
+        one
+        for one in check
+        if not (print_set_it and one.between in PRINTED)
+        and AGREES_SIGMAS * one.sigma_mm <= CHECK_TELLS * one.known_mm
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -352,9 +364,9 @@ class LengthFigures:
     )
     check_worst_label: str
     checked_by_another_piece: bool
-    """Whether a check length lies on another piece than every length that set the scale. Everything
-    printed counts as one piece, because one printer makes all of it too large together; a distance
-    given by hand is a piece of its own."""
+    """Whether a check length that is known to 1 % lies on another piece than every length that set
+    the scale (`independent_checks`). Everything printed counts as one piece, because one printer
+    makes all of it too large together; a distance given by hand is a piece of its own."""
     tapes: tuple[TapedLength, ...]
     board: BoardSeen | None
 

@@ -23,6 +23,7 @@ from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.reconstruction.scale.displaced_board import tipped_photos
 from limbgram.report.accuracy.figures import (
+    CHECK_TELLS,
     BudgetPart,
     ExpectedError,
     Figures,
@@ -33,7 +34,7 @@ from limbgram.report.accuracy.figures import (
     SurfaceFigures,
     TapedLength,
     TruthFigures,
-    on_another_piece,
+    independent_checks,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.verdict_light import Light
@@ -131,10 +132,6 @@ by a stabiliser, a calibration board that is stretched. Half of it goes into siz
 have 0.000 to 0.007 %, a phone's with a rolling shutter 0.37 %."""
 _PATTERN_SIGMAS = 0.5
 """A pattern below so many sigmas of one coordinate is not told from noise."""
-TAPE_TELLS = 0.01
-"""Of the girth: a tape checks the size where its two sigmas are no more. 1 % of a
-girth of 350 mm is less than two plies of sock, and a print fitted to the page is 3 % off or more. A
-tape reaches 1 % on a girth of 300 mm that does not taper."""
 TAPE = _Limit(
     "tape", "Taped girth against the surface", "sigmas", AGREES_SIGMAS, CONTRADICTS_SIGMAS
 )
@@ -317,8 +314,8 @@ def size_is_checked(figures: Figures) -> bool:
 
 
 def _confirmed_by_length(lengths: LengthFigures) -> bool:
-    """Whether there are check lengths on another piece, and all of them agree."""
-    others = on_another_piece(lengths.control, lengths.check)
+    """Whether there are independent check lengths, and all of them agree."""
+    others = independent_checks(lengths.control, lengths.check)
     return bool(others) and all(100 * abs(one.error) <= SCALE.green for one in others)
 
 
@@ -331,7 +328,7 @@ def confirmed_by_tape(lengths: LengthFigures) -> float:
 
 def tape_is_precise(tape: TapedLength) -> bool:
     """Whether a tape is precise enough to check the size."""
-    return _tape_precision(tape) <= TAPE_TELLS  # NaN where it could not be compared
+    return _tape_precision(tape) <= CHECK_TELLS  # NaN where it could not be compared
 
 
 def _tape_precision(tape: TapedLength) -> float:
@@ -385,9 +382,9 @@ def _vague_tape_findings(lengths: LengthFigures) -> tuple[Finding, ...]:
             note("verdict.tape.unseen", height_mm=one.height_mm, reason=one.reason)
             for one in lengths.tapes
         )
-    if sure <= TAPE_TELLS:
+    if sure <= CHECK_TELLS:
         return ()
-    said = note("verdict.tape.unsure", sure_percent=100 * sure, needed_percent=100 * TAPE_TELLS)
+    said = note("verdict.tape.unsure", sure_percent=100 * sure, needed_percent=100 * CHECK_TELLS)
     return (said,)
 
 

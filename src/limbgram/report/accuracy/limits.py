@@ -22,7 +22,7 @@ from limbgram.reconstruction.measuring.uncertainty import (
     OFFSET,
     SCALE,
 )
-from limbgram.report.accuracy.figures import Figures, SurfaceSigma
+from limbgram.report.accuracy.figures import CHECK_TELLS, Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
     IMAGE,
@@ -125,7 +125,11 @@ def _scale_limits(figures: Figures) -> Iterator[Finding]:
         if not lengths.check:
             yield fault("limit.scale.unchecked")
         elif not lengths.checked_by_another_piece:
-            yield doubt("limit.scale.one_source", source=scale_source(lengths))
+            yield doubt(
+                "limit.scale.one_source",
+                source=scale_source(lengths),
+                needed_percent=100 * CHECK_TELLS,
+            )
     for tape in lengths.tapes:
         if tape.reason:
             yield doubt("limit.tape.not_compared", height_mm=tape.height_mm, reason=tape.reason)

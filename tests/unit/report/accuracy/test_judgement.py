@@ -364,6 +364,21 @@ def on_one_board(found: Evidence) -> Evidence:
     return replace(found, metric=replace(found.metric, scale=scale))
 
 
+@pytest.mark.parametrize(("sigma_mm", "checked"), [(0.59, True), (0.61, False)])
+def test_a_length_known_to_1_percent_checks_and_a_vague_one_does_not(
+    evidence: Evidence, sigma_mm: float, checked: bool
+) -> None:
+    scale = evidence.metric.scale
+    lengths = tuple(
+        replace(one, sigma_mm=sigma_mm) if one.role == "check" else one for one in scale.lengths
+    )
+    metric = replace(evidence.metric, scale=replace(scale, lengths=lengths))
+    vague = replace(evidence, metric=metric)
+    tree = assess(vague)
+    assert tree.size_checked is checked
+    assert ("limit.scale.one_source" in codes(tree.findings)) is not checked
+
+
 def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evidence) -> None:
     tree = assess(on_one_board(with_sigmas))
     assert tree.light == "green"
