@@ -57,12 +57,14 @@ class Line:
     """A line of the log, and whether its seal is right."""
 
     act: Act | None
-    """None: it cannot be read, or lines were cut off here, at the end."""
+    """None: it cannot be read, or stands for lines that were cut off."""
     whole: bool
     """False: it was changed, or a line before it was removed or inserted; of a line that is not
     proved: since there is the key."""
     proved: bool
     """By the key; False: it was written before there was one, or on another machine."""
+    cut_off: bool = False
+    """No line: those at the end were cut off here."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,7 +158,7 @@ class Journal:
                 os.close(file)
 
     def lines(self) -> Iterator[Line]:
-        """All lines, the oldest first; and one with `whole` False where the end was cut off."""
+        """All lines, the oldest first; and one that says so where the end was cut off."""
         anchor = self._anchor()  # before the lines: another may be written meanwhile
         seal, at, missing = _FIRST, 0, anchor.last != _FIRST
         with self.file.open("rb") if self.file.is_file() else io.BytesIO() as stream:
@@ -170,7 +172,7 @@ class Journal:
                 seal, at = _seal_of(content), at + len(content)
                 missing = missing and seal != anchor.last
         if missing:
-            yield Line(act=None, whole=False, proved=True)
+            yield Line(act=None, whole=False, proved=True, cut_off=True)
 
     def _anchor(self) -> _Anchor:
         """The anchor; a new one where there is none."""

@@ -221,5 +221,10 @@ def _normal(text: str) -> str:
     return unicodedata.normalize("NFC", text)
 
 
+def same_name(one: str, other: str) -> bool:
+    """Whether two names are one user's: capitals do not tell users apart."""
+    return _folded(one) == _folded(other)
+
+
 def _folded(name: str) -> str:
     return _normal(name).strip().casefold()

@@ -198,37 +198,42 @@ def log_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Show who did what on the network, and whether the log is as it was written."""
+    with _libraries():
+        from limbgram.app.users import same_name
     journal = _journal(cases)
     shown: deque[str] = deque(maxlen=last)
     found: deque[dict[str, str | int]] = deque(maxlen=last)
     broken: list[int] = []
-    number = unproved = 0
-    for number, line in enumerate(journal.lines(), 1):
+    lines = unproved = 0
+    for line in journal.lines():
+        lines += not line.cut_off
         if not line.whole:
-            broken.append(number)
+            broken.append(lines + line.cut_off)
         unproved += not line.proved
         act = line.act
-        if act is None or (case and act.case != case) or (user and act.who != user):
+        if act is None or (case and act.case != case) or (user and not same_name(act.who, user)):
             continue
         shown.append(
             f"{act.at[:19].replace('T', ' ')}  {act.who or '-':20}  {act.address or '-':15}  "
             f"{act.act:24}  {act.case or '-':7}  {act.status or ''}".rstrip()
         )
         found.append(asdict(act))
-    said = (
-        f"{number} lines, each follows the one before it."
-        if not broken
-        else f"NOT as it was written: line {broken[0]} was changed, or lines before it were taken "
-        f"out or put in, or lines at the end cut off ({len(broken)} such places). Compare it with "
-        "a copy that you kept."
-    )
+    said = f"{lines} lines, each follows the one before it."
+    if broken:
+        said = (
+            f"NOT as it was written: line {broken[0]} was changed, or lines before it were taken "
+            f"out or put in, or lines at the end cut off ({len(broken)} such places). Compare it "
+            "with a copy that you kept."
+        )
+    elif not lines:
+        said = f"There is no log in {cases}: it begins when the app is served on a network."
     older = (
         f"The first {unproved} lines were not written with this account's key for the log: they "
         "may have been made anew."
     )
     return Reply(
         (*shown, said, older) if unproved else (*shown, said),
-        {"lines": number, "broken": broken[:100], "unproved": unproved, "acts": list(found)},
+        {"lines": lines, "broken": broken[:100], "unproved": unproved, "acts": list(found)},
         exit_code=RED_EXIT_CODE if broken else 0,
     )
 

@@ -413,10 +413,19 @@ def test_a_log_whose_key_stayed_behind_is_unproved_and_not_called_changed(tmp_pa
     journal.write("A", "", "three")
     later = CliRunner().invoke(app, show)
     assert later.exit_code == 0, later.output
+    assert "  three" in CliRunner().invoke(app, [*show, "--user", "a"]).output
     written = journal.file.read_bytes()
     for changed in (written.replace(b"one", b"eno"), written.partition(b"\n")[2]):
         journal.file.write_bytes(changed)
         assert CliRunner().invoke(app, show).exit_code == 7
+    journal.file.write_bytes(written[: written.rindex(b"\n", 0, -1) + 1])
+    cut_off = json.loads(CliRunner().invoke(app, [*show, "--json"]).output)
+    assert (cut_off["lines"], cut_off["broken"]) == (2, [3])
+
+
+def test_a_folder_without_a_log_is_told_as_such(tmp_path: Path) -> None:
+    shown = CliRunner().invoke(app, ["app", "log", "--cases", str(tmp_path / "nowhere")])
+    assert "There is no log" in shown.output
 
 
 @pytest.mark.parametrize("lost", ["file", "folder", "damaged"])
