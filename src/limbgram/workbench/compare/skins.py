@@ -17,12 +17,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from limbgram.core.mesh.topology import is_watertight, with_faces
+from limbgram.core.mesh.topology import with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.compare.frames import axes_of, mesh_in_frame
 from limbgram.workbench.compare.icp import MIDDLE, known_pose, measured_samples
-from limbgram.workbench.edits.thickness import Thickness, wall_thickness
+from limbgram.workbench.edits.thickness import solid_wall
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measured_skin import inner_faces
 
@@ -47,7 +47,7 @@ class ComparedSkins(NamedTuple):
 
 def skins_to_compare(limbs: Sequence[Limb]) -> ComparedSkins:
     """The parts of shapes that are compared, in their order, and a doubt for each wall."""
-    walls = [_wall_or_none(limb) for limb in limbs]
+    walls = [solid_wall(limb.mesh) for limb in limbs]
     limb_itself = next(
         (limb for limb, wall in zip(limbs, walls, strict=True) if wall is None), None
     )
@@ -61,10 +61,6 @@ def skins_to_compare(limbs: Sequence[Limb]) -> ComparedSkins:
         if wall is not None
     )
     return ComparedSkins(tuple(one.limb for one in compared), findings)
-
-
-def _wall_or_none(limb: Limb) -> Thickness | None:
-    return wall_thickness(limb.mesh) if is_watertight(limb.mesh.faces) else None
 
 
 def _skin_to_compare(wall: Limb, other: Limb | None) -> _ComparedSkin:

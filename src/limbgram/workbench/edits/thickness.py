@@ -24,6 +24,7 @@ from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.rays import intersects_any
+from limbgram.core.mesh.topology import is_watertight
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, note
 
@@ -132,6 +133,11 @@ def wall_thickness(mesh: Mesh) -> Thickness | None:
         place_mm=places[thinnest],
         median_mm=weighted_quantile(least[known], cast.areas_mm2[known], 0.5),
     )
+
+
+def solid_wall(mesh: Mesh) -> Thickness | None:
+    """The thickness of a wall that is closed all round, its inside too; None for other shapes."""
+    return wall_thickness(mesh) if is_watertight(mesh.faces) else None
 
 
 def thin_lip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.topology import is_watertight, with_faces
+from limbgram.core.mesh.topology import with_faces
 from limbgram.workbench.edits.cutting import Part, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import (
@@ -26,7 +26,7 @@ from limbgram.workbench.edits.regions import (
     require_ring,
     section_centres_mm,
 )
-from limbgram.workbench.edits.thickness import INSET_MM, wall_thickness
+from limbgram.workbench.edits.thickness import INSET_MM, solid_wall
 from limbgram.workbench.limb import Limb
 
 _EDGE_MM = 1.5
@@ -111,7 +111,7 @@ def _cut_curves(limb: Limb, picked_mm: Points3) -> tuple[Curve, ...]:
     Of a wall the curve is drawn on the outside, on whichever side of it its points lie.
     """
     mesh = limb.mesh
-    wall = wall_thickness(mesh) if is_watertight(mesh.faces) else None
+    wall = solid_wall(mesh)
     if wall is None:
         return (draw_curve(mesh, on_surface(limb, picked_mm)),)
     from scipy.ndimage import gaussian_filter1d  # a tenth of a second, for walls alone

@@ -36,7 +36,7 @@ from limbgram.workbench.edits.pressing import (
     effects_at_places,
 )
 from limbgram.workbench.edits.regions import displaced
-from limbgram.workbench.edits.thickness import wall_thickness
+from limbgram.workbench.edits.thickness import solid_wall, wall_thickness
 from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.lengths import barycentric_on_mesh
@@ -204,6 +204,8 @@ class _ReplayState:
     """Vertices of what covers the cuts so far, those of a wall too."""
     lines: tuple[Line, ...] = ()
     wall_edit: Wall | None = None
+    began_as_wall: bool = False
+    """Whether the shape was a closed wall from the start, as a socket read from a file is."""
 
 
 def _first_state(limb: Limb) -> _ReplayState:
@@ -211,7 +213,14 @@ def _first_state(limb: Limb) -> _ReplayState:
     levels = choose_levels(limb)
     skin_history = SkinHistory.unmoved(limb)
     return _ReplayState(
-        limb, figures_of(limb, levels), levels, limb, _Positive(limb), {}, skin_history
+        limb,
+        figures_of(limb, levels),
+        levels,
+        limb,
+        _Positive(limb),
+        {},
+        skin_history,
+        began_as_wall=solid_wall(limb.mesh) is not None,
     )
 
 
@@ -259,7 +268,8 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
     becomes = effect.volume == "becomes"
     is_wall = becomes or reached.limb is not reached.positive.limb
     said = (note("recipe.becomes_wall"),) if becomes else ()
-    walled = reached.wall_edit is not None and reached.wall_edit.side == "outward"
+    made = reached.wall_edit
+    walled = reached.began_as_wall if made is None else made.side == "outward"
     if effect.moves_skin and walled:
         said = (doubt("recipe.on_wall"),)
     line = Line(
@@ -285,6 +295,7 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
         skin_history=reached.skin_history.after(limb, after, moves_skin=effect.moves_skin),
         lines=(*reached.lines, line),
         wall_edit=wall,
+        began_as_wall=reached.began_as_wall,
     )
 
 

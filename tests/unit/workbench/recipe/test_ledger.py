@@ -371,3 +371,11 @@ def test_a_wall_that_is_moved_is_told_to_press_where_it_grows_outwards() -> None
     assert moved.displacement.largest_mm > 0.9
     told = ["recipe.on_wall" in [one.code for one in line.told] for line in (wall, moved, cut)]
     assert told == [False, True, False]
+
+
+def test_a_wall_read_from_a_file_is_told_to_press_too() -> None:
+    wall = do_edit(cup(50.0, 200.0, step_mm=5.0), Wall(thickness_mm=4.0))
+    entry = Entry(edit=Offset(distance_mm=1.0))
+    for limb, pressed in ((wall, True), (cup(50.0, 200.0, step_mm=5.0), False)):
+        (line,) = replay(Recipe(name="w", entries=(entry,)), limb).ledger.lines
+        assert ("recipe.on_wall" in [one.code for one in line.told]) is pressed
