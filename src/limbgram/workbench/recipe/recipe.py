@@ -13,7 +13,7 @@ Fails   EditError: an edit is refused, or presses on a sensitive place or goes u
         it in the ledger.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from difflib import SequenceMatcher
 
@@ -26,7 +26,7 @@ from limbgram.core.run import track
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.closing import enclosure_finding
-from limbgram.workbench.edits.edit import Edit, name_of
+from limbgram.workbench.edits.edit import Edit, Effect, name_of
 from limbgram.workbench.edits.editing import do_edit, require_valid
 from limbgram.workbench.edits.pressing import (
     LEAST_PRESSURE_MM,
@@ -267,11 +267,6 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
         moved = displacement_between(limb.mesh, after.mesh)
     becomes = effect.volume == "becomes"
     is_wall = becomes or reached.limb is not reached.positive.limb
-    said = (note("recipe.becomes_wall"),) if becomes else ()
-    made = reached.wall_edit
-    walled = reached.began_as_wall if made is None else made.side == "outward"
-    if effect.moves_skin and walled:
-        said = (doubt("recipe.on_wall"),)
     line = Line(
         number=number,
         edit=described_entry(entry),
@@ -280,7 +275,11 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
         volume=None if becomes else volume_change(limb, after, cover_spans_mm(after, covers)),
         extreme=extreme_girth(limb, after, moved, wall),
         displacement=moved,
-        told=(*after.notes[len(limb.notes) :], *said, enclosure_finding(after.mesh)),
+        told=(
+            *after.notes[len(limb.notes) :],
+            *_wall_findings(reached, effect),
+            enclosure_finding(after.mesh),
+        ),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm, limb.kind)),
         becomes=becomes,
     )
@@ -297,6 +296,16 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
         wall_edit=wall,
         began_as_wall=reached.began_as_wall,
     )
+
+
+def _wall_findings(reached: _ReplayState, effect: Effect) -> Iterator[Finding]:
+    """That the shape becomes a wall, or that it is one whose inside an edit moves too."""
+    made = reached.wall_edit
+    walled = reached.began_as_wall if made is None else made.side == "outward"
+    if effect.moves_skin and walled:
+        yield doubt("recipe.on_wall")
+    elif effect.volume == "becomes":
+        yield note("recipe.becomes_wall")
 
 
 def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:
