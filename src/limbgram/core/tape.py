@@ -7,6 +7,7 @@ which it lay) and of the girth on the surface.
 
 import math
 import re
+from collections.abc import Iterable
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.interval import COVER
@@ -49,6 +50,16 @@ def read_girth(text: str) -> tuple[float, float]:
         return float(girth), float(stated[0]) / COVER if stated else READING_SIGMA_MM
     except ValueError:
         return math.nan, math.nan
+
+
+def taper_mm(girth_mm: float, beside_mm: Iterable[float]) -> float:
+    """Change of the girth over the tape's placing error to one side; 0 where no girth is known.
+
+    In proportion from the first of `beside_mm` that is a number: the girths at `TAPER_SHARES`.
+    """
+    off_mm = (one - girth_mm for one in beside_mm)
+    changes_mm = (abs(one) / share for share, one in zip(TAPER_SHARES, off_mm, strict=True))
+    return next(filter(math.isfinite, changes_mm), 0.0)
 
 
 def tape_sigma_mm(reading_sigma_mm: float, taper_mm: float) -> float:
