@@ -15,8 +15,9 @@ beforeEach(() => {
 async function choosing() {
   const { useChosen } = await import("../src/screens/templates/chosen");
   const tried: unknown[] = [];
+  const isReadable = (id: string) => ["first", "second"].includes(id);
   const run = async <T>(act: () => Promise<T>) => await act();
-  const made = await running(() => useChosen({ run } as never, (edit) => void tried.push(edit.parameters)));
+  const made = await running(() => useChosen({ run } as never, isReadable, (edit) => void tried.push(edit.parameters)));
   return { made, tried };
 }
 
@@ -41,5 +42,13 @@ test("a template that was left before its file came is not tried", async () => {
   await made.leave();
   coming.get("first")!(new Response("file 1"));
   await made.rest();
+  expect(tried).toEqual([]);
+});
+
+test("a template whose file is damaged is neither fetched nor tried", async () => {
+  const { made, tried } = await choosing();
+  made.now.id.value = "damaged";
+  await made.rest();
+  expect(coming.size).toBe(0);
   expect(tried).toEqual([]);
 });

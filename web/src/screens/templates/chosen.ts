@@ -14,7 +14,7 @@ export interface Chosen {
   readonly edit: () => Promise<EditBody>;
 }
 
-export function useChosen({ run }: Pick<ReturnType<typeof useAct>, "run">, onTry: (edit: EditBody) => void): Chosen {
+export function useChosen({ run }: Pick<ReturnType<typeof useAct>, "run">, isReadable: (id: string) => boolean, onTry: (edit: EditBody) => void): Chosen {
   const id = useSignal("");
   const strength = useSignal(100);
   /** What was fetched, by the template's id. */
@@ -26,7 +26,7 @@ export function useChosen({ run }: Pick<ReturnType<typeof useAct>, "run">, onTry
     return { kind: "from-template", parameters: { learned: text, strength: share }, accept: [] };
   };
   useEffect(() => {
-    if (!id.value) return;
+    if (!isReadable(id.value)) return;
     let overtaken = false;
     void run(async () => {
       const made = await edit();

@@ -15,9 +15,11 @@ export function FileOf({ template, onRemove }: Props) {
   return (
     <>
       <p class="small template-links">
-        <a href={`${ROOT}/templates/${template.id}/picture`} target="_blank" rel="noreferrer">
-          {t("template.picture")}
-        </a>
+        {!template.finding && (
+          <a href={`${ROOT}/templates/${template.id}/picture`} target="_blank" rel="noreferrer">
+            {t("template.picture")}
+          </a>
+        )}
         <a href={`${ROOT}/templates/${template.id}/file`} download={`${template.name}.json`}>
           {t("template.file")}
         </a>

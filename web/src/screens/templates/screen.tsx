@@ -38,9 +38,10 @@ export function TemplateEdits({ openCase, tried, waits, refused, busy, onTry, on
   const learning = useSignal(false);
   const notes = useSignal<readonly Schemas["FindingReply"][]>([]);
   const act = useAct();
-  const { id: chosen, strength, edit } = useChosen(act, onTry);
-  const input = useRef<HTMLInputElement>(null);
   const all = list.value.value ?? [];
+  const isReadable = (id: string) => all.some((k) => k.id === id && !k.finding);
+  const { id: chosen, strength, edit } = useChosen(act, isReadable, onTry);
+  const input = useRef<HTMLInputElement>(null);
   const one = all.find((k) => k.id === chosen.value) ?? null;
 
   const leave = () => {
@@ -78,14 +79,25 @@ export function TemplateEdits({ openCase, tried, waits, refused, busy, onTry, on
               <option value="">{t("choose")}</option>
               {all.map((k) => (
                 <option key={k.id} value={k.id}>
-                  {k.name} ({t("template.cases", k.pairs)})
+                  {k.finding ? k.name : `${k.name} (${t("template.cases", k.pairs)})`}
                 </option>
               ))}
             </select>
           </span>
         </label>
       )}
-      {one && (
+      {one?.finding && (
+        <>
+          <p class="small-note" role="status">
+            {sentences(one.finding)}
+          </p>
+          <div class="acts">
+            <Button onClick={leave}>{t("drop.edit")}</Button>
+          </div>
+          <FileOf template={one} onRemove={remove} />
+        </>
+      )}
+      {one && !one.finding && (
         <>
           <WhatItDoes template={one} strength={strength} />
           <Refusal refused={refused} />
