@@ -59,24 +59,27 @@ class Slopes:
     """Mean square of the grey slope in blocks of a full-size photo, grey levels a pixel."""
 
     energy: Float32[np.ndarray, "h w"]
-    block_px: float
-    """Side of a block, full-size pixels."""
+    block_px: tuple[float, float]
+    """Width and height of a block, full-size pixels."""
 
     @classmethod
     def of(cls, luma: GreyImage) -> "Slopes":
         across = cv2.Sobel(luma, cv2.CV_32F, 1, 0, ksize=1, scale=0.5)
         down = cv2.Sobel(luma, cv2.CV_32F, 0, 1, ksize=1, scale=0.5)
         height, width = luma.shape
-        block_px = max(1.0, width / _BLOCKS_ACROSS)
-        size = max(1, round(width / block_px)), max(1, round(height / block_px))
-        energy = cv2.resize(across * across + down * down, size, interpolation=cv2.INTER_AREA)
-        return cls(cv2.blur(energy, (3, 3)).astype(np.float32), width / size[0])
+        side_px = max(1.0, width / _BLOCKS_ACROSS)
+        columns, rows = max(1, round(width / side_px)), max(1, round(height / side_px))
+        energy = cv2.resize(
+            across * across + down * down, (columns, rows), interpolation=cv2.INTER_AREA
+        )
+        block_px = width / columns, height / rows
+        return cls(cv2.blur(energy, (3, 3)).astype(np.float32), block_px)
 
     def at(self, xy_px: Float64[np.ndarray, "n 2"]) -> Float64[np.ndarray, " n"]:
         """RMS grey slope round full-size pixels; 0 outside the photo."""
         rows, columns = self.energy.shape
         known = np.isfinite(xy_px).all(axis=1)
-        x, y = (np.where(known, xy_px.T, -1.0) + 0.5) / self.block_px
+        x, y = (np.where(known, xy_px.T, -1.0) + 0.5) / np.array(self.block_px)[:, None]
         inside = known & (x >= 0) & (y >= 0) & (x < columns) & (y < rows)
         # beside the lens a place may lie farther off than an integer holds
         row, column = np.clip(y, 0, rows - 1).astype(int), np.clip(x, 0, columns - 1).astype(int)

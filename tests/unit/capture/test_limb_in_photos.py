@@ -17,10 +17,16 @@ from limbgram.reconstruction.scale.metric import MetricScene, Scale
 
 def test_slopes_are_read_in_the_block_that_holds_the_pixel() -> None:
     """Blocks of 2 pixels: the first reaches from -0.5 to 1.5, as (0, 0) is a pixel's centre."""
-    slopes = Slopes(np.array([[1.0, 4.0, 9.0]], np.float32), 2.0)
+    slopes = Slopes(np.array([[1.0, 4.0, 9.0]], np.float32), (2.0, 2.0))
     x = np.array([-0.4, 1.4, 1.6, 3.4, 5.4, 5.6])
     xy_px = np.column_stack([x, np.zeros(len(x))])
     assert slopes.at(xy_px).tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 0.0]
+
+
+def test_blocks_reach_to_the_lowest_row_of_any_photo() -> None:
+    """961 rows are 240.25 blocks of 4: the 240 that there are reach over all of them."""
+    luma = np.tile(np.arange(960).astype(np.uint8) % 100, (961, 1))
+    assert Slopes.of(luma).at(np.array([[480.0, 960.0]])).tolist() == [1.0]
 
 
 def photo_of(width_px: int, height_px: int) -> PhotoSet:
@@ -44,7 +50,7 @@ def test_the_outline_in_the_full_size_photo_keeps_pixel_centres(
 
     def look(photo: Photo, hull_px: np.ndarray, box: tuple[int, int, int, int]) -> InspectionCache:
         outlines.append(hull_px)
-        return InspectionCache(box, photo, Slopes(np.zeros((1, 1), np.float32), 1.0))
+        return InspectionCache(box, photo, Slopes(np.zeros((1, 1), np.float32), (1.0, 1.0)))
 
     monkeypatch.setattr(limb_in_photos, "_at_full_size", look)
     small_px = np.array([[50.0, 40.0], [150.0, 40.0], [100.0, 120.0]])
