@@ -209,6 +209,8 @@ def test_a_tape_makes_the_verdict_red_everywhere_or_confirms_the_size(folder: Pa
     assert result.exit_code == 7, result.output
     assert json.loads(result.stdout)["verdict"]["light"] == "red"
     assert not (case / "superseded").exists()
+    record = json.loads((case / "case.json").read_text("utf-8"))
+    assert [one["stage"] for one in record["stages"] if not one["reused"]] == ["hold_tapes"]
     accuracy = accuracy_of(case)
     assert [one["key"] for one in accuracy["criteria"] if one["light"] == "red"] == ["tape"]
     said = limbgram("accuracy", case, "--json")
