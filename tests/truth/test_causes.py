@@ -163,8 +163,11 @@ def test_the_undamaged_capture_is_scaled(capture: Path, calibration: Calibration
 def test_the_file_of_another_camera_of_the_same_size(
     capture: Path, calibration: Calibration, times: float, tells_its_lens: bool
 ) -> None:
-    """Nothing but the shape of the light tells where neither file nor photos name a lens."""
-    photos = half(capture)
+    """Nothing but the shape of the light tells where neither file nor photos name a lens.
+
+    From one side a focal length wrong by a third may pass for a board that moved.
+    """
+    photos = half(capture) if times == 2.0 else read_photos([capture / "images"])
     if not tells_its_lens:
         bare = tuple(replace(group, exif=type(group.exif)()) for group in photos.cameras)
         photos = replace(photos, cameras=bare)

@@ -118,7 +118,8 @@ def parted(long: set[int], bare: frozenset[int] = frozenset()) -> ByLens | None:
     return by_lens(one.photos, one.features, verified, cameras, MappingOptions())
 
 
-@pytest.mark.parametrize("long",
+@pytest.mark.parametrize(
+    "long",
     [
         {1, 4, 7, 10, 13},
         pytest.param({0, 1, 2, 3, 4, 6, 7, 8, 10, 11, 12}, marks=pytest.mark.slow),
