@@ -8,7 +8,7 @@ import pytest
 from limbgram.core.errors import LimbgramError
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-COUNT, SEED = 60, 2
+COUNT, SEED = 30, 2
 
 
 def test_damaged_files_are_read_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

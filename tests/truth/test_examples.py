@@ -40,7 +40,7 @@ def test_girths_and_volume_are_those_of_the_shape(
 def test_the_others_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in sorted(path.name for path in EXAMPLES.glob("*_*.py")):
+    for name in sorted({path.name for path in EXAMPLES.glob("*_*.py")} - {"measure_a_limb.py"}):
         printed(name, tmp_path, monkeypatch)
     said = capsys.readouterr().out
     assert re.search(r"relieve.*: \+\d", said)

@@ -31,8 +31,8 @@ from limbgram.synthetic import (
 PHOTOS = 12
 SIGMAS = np.array([0.7, 0.7, 1.0, 1.0, 0.0, 2e-3, 4e-2, 1e-4, 1e-4, 0.0])
 OPTIONS = CaptureOptions(
-    seed=41, photos=PHOTOS, width_px=720, height_px=480, calibration_photos=0, mesh_step_mm=1.2,
-    samples=2,
+    seed=41, photos=PHOTOS, width_px=600, height_px=400, distance_mm=1250.0,
+    calibration_photos=0, mesh_step_mm=1.5, samples=2,
 )  # fmt: skip
 
 
@@ -57,7 +57,7 @@ def test_a_step_is_found_and_the_limb_alone_places_the_photos(tmp_path: Path) ->
     movement, bending = placing.scene.movement, placing.scene.bending
     assert movement is not None
     assert movement.alone
-    assert movement.group.tolist() == [0] * 6 + [1] * 6
+    assert movement.group.tolist() == [0] * (PHOTOS // 2) + [1] * (PHOTOS // 2)
     assert bending is not None
     assert bending.kind == "still"
 

@@ -21,7 +21,10 @@ from limbgram.synthetic.options import SMALL
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
-    return make_capture(tmp_path_factory.mktemp("synthetic") / "limb", replace(SMALL, samples=2))
+    return make_capture(
+        tmp_path_factory.mktemp("synthetic") / "limb",
+        replace(SMALL, samples=2, calibration_photos=4),
+    )
 
 
 def written_views(folder: Path, group: str) -> list[View]:

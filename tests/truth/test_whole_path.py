@@ -225,6 +225,7 @@ def test_a_second_run_computes_nothing_and_gives_the_same_bytes(folder: Path) ->
     assert after["files"] == before["files"]
 
 
+@pytest.mark.slow  # a tape, in `test_verdict`, recomputes less
 @pytest.mark.usefixtures("jobs_in_process")
 def test_another_surface_recomputes_only_what_hangs_on_it(folder: Path) -> None:
     assert reconstruct(folder, "--surface", "poisson").exit_code == 0

@@ -205,7 +205,7 @@ def test_the_aop_file_holds_the_shape(bench: Bench, made: Path) -> None:
 
 def test_carving_and_cad_files_are_proved(bench: Bench, made: Path) -> None:
     path = bench.folder / "positive.gcode"
-    carve = ["--side", bench.side, "--scallop", 0.4, "--tool", 20, "--to-mm", 150]
+    carve = ["--side", bench.side, "--scallop", 0.4, "--tool", 20, "--to-mm", 70]
     found = reply_of("export", made, "--to", "gcode", "-o", path, *carve)
     assert found["gouge_mm"] < 0.05
     assert found["scallop_mm"] < 0.5

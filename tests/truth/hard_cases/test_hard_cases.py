@@ -137,6 +137,7 @@ def test_the_rim_stays_beside_its_neighbours(bench) -> None:
     assert np.abs(errors[rim]).max() < 0.8 * bench.pixel_mm
 
 
+@pytest.mark.slow  # of a ball, `test_what_no_photo_sees_is_called_filled_and_stays`
 def test_what_fewer_than_two_photos_see_is_marked_filled(bench) -> None:
     """Of three photos from one side; what they see is asked of rays cast at the truth.
 

@@ -118,7 +118,13 @@ def parted(long: set[int], bare: frozenset[int] = frozenset()) -> ByLens | None:
     return by_lens(one.photos, one.features, verified, cameras, MappingOptions())
 
 
-@pytest.mark.parametrize("long", [{1, 4, 7, 10, 13}, {0, 1, 2, 3, 4, 6, 7, 8, 10, 11, 12}])
+@pytest.mark.parametrize(
+    "long",
+    [
+        {1, 4, 7, 10, 13},
+        pytest.param({0, 1, 2, 3, 4, 6, 7, 8, 10, 11, 12}, marks=pytest.mark.slow),
+    ],
+)
 def test_two_lenses_are_told_by_the_photos(long: set[int]) -> None:
     """The first group is that of most photos, be its lens the longer or the shorter one."""
     found = parted(long)

@@ -101,7 +101,11 @@ def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float
     "zoom", [1.05, *(pytest.param(one, marks=pytest.mark.slow) for one in (1.2, 0.95))]
 )
 @pytest.mark.parametrize(
-    "photos", [range(7), range(1, 15, 2)], ids=["half of a walk", "every other"]
+    "photos",
+    [
+        pytest.param(range(7), id="half of a walk"),
+        pytest.param(range(1, 15, 2), id="every other", marks=pytest.mark.slow),
+    ],
 )
 def test_half_of_the_photos_zoomed_are_named_and_used(
     ring: Scene, zoom: float, photos: range

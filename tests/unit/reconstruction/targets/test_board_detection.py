@@ -159,7 +159,9 @@ def test_a_board_is_read_in_the_pattern_in_which_it_was_printed(
         pytest.param(
             board("7x5"), board("5x7"), "7 x 5 squares; 5 x 7 was given", marks=pytest.mark.slow
         ),
-        (board("7x5"), board("9x7"), "7 x 5 squares; 9 x 7 was given"),
+        pytest.param(
+            board("7x5"), board("9x7"), "7 x 5 squares; 9 x 7 was given", marks=pytest.mark.slow
+        ),
         (
             board("8x6", legacy=True),
             board("6x8"),
