@@ -185,7 +185,7 @@ def refusals(bodies: dict[str, Limb]) -> Iterator[tuple[Limb, str]]:
         return replace(foot, mesh=mesh)
 
     yield without(vertices[:, 2] > 290), "device.trim.off_limb"  # too short for its upper edge
-    yield without(vertices[:, 2] > 312), "device.trim.opening"
+    yield without(vertices[:, 2] > 315), "device.trim.opening"
     ankle = np.array([42, -2, 70.0])
     yield without(np.linalg.norm(vertices - ankle, axis=1) < 12), "device.trim.off_limb"
     front = np.array([41, 3, 110.0])
