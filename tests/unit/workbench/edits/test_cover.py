@@ -27,7 +27,7 @@ from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 
-PALM_MM, FINGER_MM, WRIST_MM, KNUCKLES_MM, TIPS_MM = 25.0, 6.0, 0.0, 60.0, 105.0
+PALM_MM, FINGER_MM, WRIST_MM, KNUCKLES_MM, TIPS_MM = 25.0, 6.0, 0.0, 35.0, 70.0
 CUT_MM = 5.0
 """Height at which the wrist is open."""
 BETWEEN_MM = 15.0
@@ -58,7 +58,7 @@ def hand() -> Mesh:
     """A palm with a round end, three fingers on it, open at the wrist."""
     step_mm = 2.0
     lowest = np.array([-30.0, -30.0, -34.0])
-    places = lowest + step_mm * np.moveaxis(np.indices((31, 31, 78)), 0, -1)
+    places = lowest + step_mm * np.moveaxis(np.indices((31, 31, 60)), 0, -1)
     inside = capsule_mm(places, 0.0, WRIST_MM, KNUCKLES_MM, PALM_MM)
     for x_mm in (-BETWEEN_MM, 0.0, BETWEEN_MM):
         finger = capsule_mm(places, x_mm, KNUCKLES_MM, TIPS_MM, FINGER_MM)
@@ -201,7 +201,7 @@ def stump_ragged_to_its_right() -> Mesh:
     """A stump that ends in a smooth wave, of whose edge two rows are gnawed over 40 degrees."""
     whole = stump(144, 2.0)
     x, y, z = whole.vertices_mm.T
-    mesh = keep_positive(whole, 100.0 + 4.0 * np.sin(2 * np.arctan2(y, x)) - z).mesh
+    mesh = keep_positive(whole, 60.0 + 4.0 * np.sin(2 * np.arctan2(y, x)) - z).mesh
     for _ in range(2):
         at = np.zeros(len(mesh), np.bool_)
         at[boundary_half_edges(mesh.faces)] = True
