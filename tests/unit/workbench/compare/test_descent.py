@@ -172,10 +172,10 @@ def test_where_the_uncertainty_leaves_the_alignment_out_it_says_so(limb) -> None
 
 
 def test_the_slide_is_off_by_what_is_told(limb) -> None:
-    """Smooth ripples of 0.5 mm: errors of the place along the axis over their sigmas."""
+    """Smooth ripples of 0.3 mm: errors of the place along the axis over their sigmas."""
     off: list[float] = []
     for seed in range(8):
-        laid = by_shape(limb, ripple(limb, seed, 0.5))
+        laid = by_shape(limb, ripple(limb, seed, 0.3))
         middle = laid.pose_covariance.middle_mm[None]
         slid = (laid.first_from_second.apply(middle) - middle)[0, 2]
         off.append(slid / np.sqrt(laid.pose_covariance.covariance_mm2[2, 2]))
