@@ -87,8 +87,10 @@ def foot(taper: float = 0.0, step_mm: float = 2.0, sides: int = SIDES) -> Limb:
 
 @pytest.fixture(scope="module")
 def sheet() -> MeasuringSheet:
-    """All rows of a tube of few triangles."""
-    return measuring_sheet(foot(step_mm=10.0, sides=36))
+    """A tube of few triangles, by rows with and without a figure."""
+    only = ("ankle_deg", "hindfoot_deg", "foot_length_mm", "ball_width_mm", "ball_girth_mm")
+    only = (*only, "navicular_height_mm", "navicular_height_per_cent", "fibula_head_height_mm")
+    return measuring_sheet(foot(step_mm=10.0, sides=36), SheetOptions(only=only))
 
 
 def test_girths_across_a_bent_tube_are_those_of_its_rings() -> None:
