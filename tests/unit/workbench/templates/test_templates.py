@@ -276,7 +276,7 @@ def test_no_chart_that_is_accepted_folds(bench) -> None:
     limb = bench.limb_of(bench.build())
     plain = plain_chart(limb, "patellar tendon", "axis")
     draw = np.random.default_rng(4)
-    heights, angles = np.arange(-0.4, 2.5, 0.02), np.arange(-np.pi, np.pi, 0.05)
+    heights, angles = np.arange(-0.4, 2.5, 0.03), np.arange(-np.pi, np.pi, 0.07)
     grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1)
     accepted = refused = 0
     for _ in range(200):
