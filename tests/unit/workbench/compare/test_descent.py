@@ -202,9 +202,7 @@ def test_a_mirror_image_is_pointed_out_and_a_changed_limb_is_not(make_limb) -> N
     limb = make_limb(lambda z, a: 45 + 0.06 * z + 4 * np.sin(a + z / 40) + 3 * np.cos(2 * a))
     mesh = limb.mesh
     image = limb.with_mesh(
-        replace(
-            mesh, vertices_mm=mesh.vertices_mm * [-1.0, 1, 1], faces=mesh.faces[:, ::-1].copy()
-        )
+        replace(mesh, vertices_mm=mesh.vertices_mm * [-1.0, 1, 1], faces=mesh.faces[:, ::-1].copy())
     )
     assert "compare.shape.mirrored" in [one.code for one in by_shape(limb, image).notes]
     changed = ripple(limb, 2, 1.5)

@@ -52,16 +52,13 @@ def values_for(device: Device, at: str) -> dict[str, float]:
 
 
 @pytest.mark.parametrize(
-    "at",
+    ("name", "at"),
     [
-        pytest.param("usual", marks=pytest.mark.slow),  # of which tests of devices are made
-        "least",
-        "most",
-        pytest.param("in turn", marks=pytest.mark.slow),
-        pytest.param("in turn, other", marks=pytest.mark.slow),
+        pytest.param(name, at, marks=[pytest.mark.slow] * (at != ("least", "most")[number % 2]))
+        for number, name in enumerate(DEVICES)
+        for at in ("usual", "least", "most", "in turn", "in turn, other")
     ],
 )
-@pytest.mark.parametrize("name", DEVICES)
 def test_edges_are_whole_at_the_corners_of_their_ranges(
     body_of: BodyOf, name: str, at: str
 ) -> None:
