@@ -119,6 +119,21 @@ def run_icp(
     options: IcpOptions = DEFAULTS,
 ) -> Fit:
     """Register samples on a surface from a start pose."""
+    return _fit(points_mm, surface, _settled(points_mm, surface, start, options))
+
+
+@dataclass(frozen=True)
+class _SettledPose:
+    """Where the iteration ended."""
+
+    first_from_second: Rigid
+    rounds: int
+    converged: bool
+
+
+def _settled(
+    points_mm: Points3, surface: CounterpartSurface, start: Rigid, options: IcpOptions
+) -> _SettledPose:
     pose, rounds, moved_mm = start, 0, np.inf
     scale_mm, valid = np.inf, np.ones(len(points_mm), bool)
     tolerance_mm = options.tolerance_mm
@@ -136,34 +151,32 @@ def run_icp(
         moved_mm = float(np.sqrt(np.mean(np.sum((step.apply(placed) - placed) ** 2, axis=1))))
         pose, rounds = _orthonormal(step @ pose), rounds + 1
     converged = rounds > 0 and moved_mm <= tolerance_mm
-    return _fit(points_mm, surface, pose, rounds, converged)
+    return _SettledPose(pose, rounds, converged)
 
 
-def _fit(
-    points_mm: Points3,
-    surface: CounterpartSurface,
-    pose: Rigid,
-    rounds: int,
-    converged: bool,
-) -> Fit:
-    placed = pose.apply(points_mm)
+def _fit(points_mm: Points3, surface: CounterpartSurface, settled: _SettledPose) -> Fit:
+    placed = settled.first_from_second.apply(points_mm)
     found = surface.counterparts(placed)
     valid = _has_counterpart(found)
     weights = _weights(found, valid, _scale_mm(found, valid))
     off_mm = found.signed_mm[valid]
-    capped = np.minimum(np.abs(found.signed_mm), _CAP_MM)
-    capped[found.at_brim] = _CAP_MM
     return Fit(
-        first_from_second=pose,
+        first_from_second=settled.first_from_second,
         rms_mm=float(np.sqrt(np.mean(off_mm**2))) if len(off_mm) else float("nan"),
         used_share=float(np.count_nonzero(weights) / len(weights)),
-        cost_mm=float(np.sqrt(np.mean(capped**2))),
-        rounds=rounds,
-        converged=converged,
+        cost_mm=_cost_mm(found),
+        rounds=settled.rounds,
+        converged=settled.converged,
         undetermined=_undetermined(placed, found, weights),
         larger_share=_growth_share(placed, found, valid),
         pose_covariance=_pose_covariance(placed, found, weights),
     )
+
+
+def _cost_mm(found: Counterparts) -> float:
+    capped = np.minimum(np.abs(found.signed_mm), _CAP_MM)
+    capped[found.at_brim] = _CAP_MM
+    return float(np.sqrt(np.mean(capped**2)))
 
 
 def _growth_share(placed: Points3, found: Counterparts, valid: Bool[np.ndarray, " n"]) -> float:
@@ -467,10 +480,25 @@ _STARTS_KEPT = 3
 _RIVAL_COST, _RIVAL_DEG = 1.05, 10.0
 
 
+@dataclass(frozen=True)
+class _RankedPose:
+    """A pose found from one of many starts."""
+
+    first_from_second: Rigid
+    cost_mm: float
+
+    @classmethod
+    def of(
+        cls, points_mm: Points3, surface: CounterpartSurface, start: Rigid, options: IcpOptions
+    ) -> "_RankedPose":
+        pose = _settled(points_mm, surface, start, options).first_from_second
+        return cls(pose, _cost_mm(surface.counterparts(pose.apply(points_mm))))
+
+
 def best_of_starts(
     first: Limb, second: Limb, surface: CounterpartSurface, brim_mm: float
-) -> tuple[Fit, bool]:
-    """The best fit from many starts, and whether another one is nearly as good."""
+) -> tuple[Rigid, bool]:
+    """The best pose from many starts, and whether another one is nearly as good."""
     coarse_mm, middle_mm = (
         measured_samples(second, COARSE, brim_mm),
         measured_samples(second, MIDDLE, brim_mm),
@@ -478,16 +506,16 @@ def best_of_starts(
     quick = IcpOptions(tolerance_mm=0.05, max_rounds=10)
     starts = possible_starts(measured_samples(first, MIDDLE, brim_mm), middle_mm)
     fits = sorted(
-        (run_icp(coarse_mm, surface, start, quick) for start in starts),
+        (_RankedPose.of(coarse_mm, surface, start, quick) for start in starts),
         key=lambda fit: fit.cost_mm,
     )
-    apart: list[Fit] = []
+    apart: list[_RankedPose] = []
     for fit in fits:
         if len(apart) < _STARTS_KEPT and all(_is_turned(fit, other) for other in apart):
             apart.append(fit)
     longer = IcpOptions(tolerance_mm=0.01, max_rounds=40)
     better = sorted(
-        (run_icp(middle_mm, surface, fit.first_from_second, longer) for fit in apart),
+        (_RankedPose.of(middle_mm, surface, fit.first_from_second, longer) for fit in apart),
         key=lambda fit: fit.cost_mm,
     )
     best = better[0]
@@ -495,10 +523,10 @@ def best_of_starts(
         other.cost_mm < _RIVAL_COST * best.cost_mm and _is_turned(best, other)
         for other in better[1:]
     )
-    return best, rival
+    return best.first_from_second, rival
 
 
-def _is_turned(one: Fit, other: Fit) -> bool:
+def _is_turned(one: _RankedPose, other: _RankedPose) -> bool:
     turn = angle_between_deg(one.first_from_second.rotation, other.first_from_second.rotation)
     return turn > _RIVAL_DEG
 

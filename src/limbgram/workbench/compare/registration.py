@@ -201,7 +201,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
     fit = None if start is None else run_icp(fine_mm, surface, start)
     if fit is None or fit.used_share < _LEAST_USED:
         best, rival = best_of_starts(first, second, surface, options.brim_mm)
-        fit = run_icp(fine_mm, surface, best.first_from_second)
+        fit = run_icp(fine_mm, surface, best)
         if rival:
             notes.append(doubt("compare.pose.rival"))
     _require_same_limb(first, second, fine_mm, fit, options)
@@ -297,7 +297,7 @@ def mirror_findings(
         ),
     )
     best, _ = best_of_starts(first, mirrored, surface, brim_mm)
-    image = run_icp(measured_samples(mirrored, FINE, brim_mm), surface, best.first_from_second)
+    image = run_icp(measured_samples(mirrored, FINE, brim_mm), surface, best)
     if not (
         image.rms_mm < _MIRROR_BETTER * fit.rms_mm and image.cost_mm < _MIRROR_BETTER * fit.cost_mm
     ):

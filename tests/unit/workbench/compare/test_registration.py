@@ -148,7 +148,7 @@ def test_sizes_are_judged_by_the_width_of_the_limb(limb, width_mm, factor, word)
     ("factor", "word"),
     [
         pytest.param(0.92, "smaller", marks=pytest.mark.slow),
-        (0.95, "smaller"),
+        pytest.param(0.95, "smaller", marks=pytest.mark.slow),
         (1.05, "larger"),
         pytest.param(1.08, "larger", marks=pytest.mark.slow),
     ],
@@ -163,9 +163,9 @@ def test_a_difference_in_size_that_lets_shapes_slide_is_told(limb, factor, word)
     assert abs(100 * note.values["share"] - 100 * abs(factor - 1)) < 0.6
 
 
-def test_a_usual_change_in_size_is_no_reason_to_warn(limb) -> None:
-    assert not by_shape(limb, sized(limb, 1.015)).notes
-    assert not by_shape(limb, sized(limb, 0.985)).notes
+@pytest.mark.parametrize("factor", [pytest.param(1.015, marks=pytest.mark.slow), 0.985])
+def test_a_usual_change_in_size_is_no_reason_to_warn(limb, factor: float) -> None:
+    assert not by_shape(limb, sized(limb, factor)).notes
 
 
 def marked(limb: Limb, pose: Rigid, off: dict[str, np.ndarray] | None = None) -> Limb:

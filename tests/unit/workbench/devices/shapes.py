@@ -112,9 +112,15 @@ FOOT_PLACES = {
 }
 
 
-@cache
 def make_foot(side: Side = "right", size: float = 1.0) -> Limb:
-    """A right foot of superellipses with its shank: 240 mm long, open at 350 mm."""
+    """A foot of superellipses with its shank: 240 mm long, open at 350 mm."""
+    mesh = _foot_mesh()
+    places = {name: tuple(size * np.array(at)) for name, at in FOOT_PLACES.items()}
+    return limb_of(mesh.with_vertices(size * mesh.vertices_mm), places, "foot", side)
+
+
+@cache
+def _foot_mesh() -> Mesh:
     field = together(
         [
             cone((0, -8, 75), 34, (0, -8, 380), 56, 1.15),
@@ -126,9 +132,7 @@ def make_foot(side: Side = "right", size: float = 1.0) -> Limb:
         ],
         5.0,
     )
-    mesh = surface(field, (-90, -110, -30), (90, 220, 400), 4.0, 350.0)
-    places = {name: tuple(size * np.array(at)) for name, at in FOOT_PLACES.items()}
-    return limb_of(mesh.with_vertices(size * mesh.vertices_mm), places, "foot", side)
+    return surface(field, (-90, -110, -30), (90, 220, 400), 6.0, 350.0)
 
 
 STUMP_PLACES = {
@@ -149,7 +153,7 @@ STUMP_PLACES = {
 def make_stump(side: Side = "right", size: float = 1.0) -> Limb:
     """A right transtibial cone limb, open at 260 mm."""
     field = together([cone((0, 0, 45), 45, (0, 0, 330), 70, 0.9)], 1.0)
-    mesh = surface(field, (-100, -100, -20), (100, 100, 300), 4.0, 260.0)
+    mesh = surface(field, (-100, -100, -20), (100, 100, 300), 6.0, 260.0)
     places = {name: tuple(size * np.array(at)) for name, at in STUMP_PLACES.items()}
     return limb_of(mesh.with_vertices(size * mesh.vertices_mm), places, "transtibial", side)
 
@@ -169,7 +173,7 @@ THIGH_PLACES = {
 def make_thigh(side: Side = "right", size: float = 1.0) -> Limb:
     """A right transfemoral cone limb, open at 380 mm."""
     field = together([cone((0, 0, 55), 55, (0, 0, 420), 100, 0.95)], 1.0)
-    mesh = surface(field, (-130, -130, -20), (130, 130, 420), 5.0, 380.0)
+    mesh = surface(field, (-130, -130, -20), (130, 130, 420), 8.0, 380.0)
     places = {name: tuple(size * np.array(at)) for name, at in THIGH_PLACES.items()}
     return limb_of(mesh.with_vertices(size * mesh.vertices_mm), places, "transfemoral", side)
 
@@ -205,6 +209,6 @@ def make_trunk() -> Limb:
         )
         return (share - 1) * 90
 
-    mesh = surface(field, (-190, -130, -60), (190, 130, 500), 10.0, 470.0)
+    mesh = surface(field, (-190, -130, -60), (190, 130, 500), 14.0, 470.0)
     mesh = keep_positive(mesh, mesh.vertices_mm[:, 2] + 30).mesh
     return limb_of(mesh, TRUNK_PLACES, "torso", "none")

@@ -32,7 +32,7 @@ def stump(spokes: int = SPOKES, step_mm: float = 4.0) -> Mesh:
     return Mesh(vertices_mm=vertices, faces=np.concatenate(faces).astype(np.int32))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def limb() -> Limb:
     """Aligned in a turned mesh frame, with landmarks in front and at the right."""
     motion = Rigid.from_rotation_vector(np.array([0.3, -0.2, 0.5]), np.array([5.0, -7.0, 11.0]))

@@ -27,7 +27,7 @@ from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 
-PALM_MM, FINGER_MM, WRIST_MM, KNUCKLES_MM, TIPS_MM = 25.0, 6.0, 0.0, 60.0, 105.0
+PALM_MM, FINGER_MM, WRIST_MM, KNUCKLES_MM, TIPS_MM = 25.0, 6.0, 0.0, 35.0, 70.0
 CUT_MM = 5.0
 """Height at which the wrist is open."""
 BETWEEN_MM = 15.0
@@ -54,14 +54,16 @@ def capsule_mm(
 
 
 @cache
-def hand() -> Mesh:
+def hand(knuckles_mm: float = KNUCKLES_MM, tips_mm: float = TIPS_MM) -> Mesh:
     """A palm with a round end, three fingers on it, open at the wrist."""
     step_mm = 2.0
     lowest = np.array([-30.0, -30.0, -34.0])
-    places = lowest + step_mm * np.moveaxis(np.indices((31, 31, 78)), 0, -1)
-    inside = capsule_mm(places, 0.0, WRIST_MM, KNUCKLES_MM, PALM_MM)
+    places = lowest + step_mm * np.moveaxis(
+        np.indices((31, 31, round((tips_mm + 50) / step_mm))), 0, -1
+    )
+    inside = capsule_mm(places, 0.0, WRIST_MM, knuckles_mm, PALM_MM)
     for x_mm in (-BETWEEN_MM, 0.0, BETWEEN_MM):
-        finger = capsule_mm(places, x_mm, KNUCKLES_MM, TIPS_MM, FINGER_MM)
+        finger = capsule_mm(places, x_mm, knuckles_mm, tips_mm, FINGER_MM)
         inside = np.maximum(inside, finger)
     whole = refine(level_surface(inside, lowest, step_mm), step_mm)
     return keep_positive(whole, whole.vertices_mm[:, 2] - CUT_MM).mesh
@@ -201,7 +203,7 @@ def stump_ragged_to_its_right() -> Mesh:
     """A stump that ends in a smooth wave, of whose edge two rows are gnawed over 40 degrees."""
     whole = stump(144, 2.0)
     x, y, z = whole.vertices_mm.T
-    mesh = keep_positive(whole, 100.0 + 4.0 * np.sin(2 * np.arctan2(y, x)) - z).mesh
+    mesh = keep_positive(whole, 60.0 + 4.0 * np.sin(2 * np.arctan2(y, x)) - z).mesh
     for _ in range(2):
         at = np.zeros(len(mesh), np.bool_)
         at[boundary_half_edges(mesh.faces)] = True
@@ -225,7 +227,7 @@ def test_a_ragged_edge_is_left_out_only_where_it_is_ragged(side: str) -> None:
 
 @pytest.mark.slow
 def test_an_inward_wall_of_a_ragged_hand_is_nowhere_thinner_than_asked() -> None:
-    made = do_edit(Limb(mesh=ragged(hand(), 8)), Wall(thickness_mm=8.0, side="inward"))
+    made = do_edit(Limb(mesh=ragged(hand(60.0, 105.0), 8)), Wall(thickness_mm=8.0, side="inward"))
     require_one_sound_solid(made.mesh)
     assert told(made.notes, "edit.wall.thickness").values["thinnest_mm"] > 7.95
     assert told(made.notes, "edit.wall.solid")

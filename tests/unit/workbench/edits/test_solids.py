@@ -59,7 +59,7 @@ def shell_mm3(height_mm: float) -> float:
     return dome + np.pi * (OUTER_MM**2 - RADIUS_MM**2) * (height_mm - RADIUS_MM)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def solid(limb: Limb) -> Limb:
     return do_edit(limb, Wall(thickness_mm=WALL_MM))
 
@@ -173,7 +173,7 @@ def _box(size_mm: float, at_mm: float) -> Mesh:
 
 def widened(limb: Limb, slope_deg: float, flat: float) -> Limb:
     """The stump as a cone above its dome, of an elliptic section."""
-    mesh = stump(144, 2.0)
+    mesh = stump(96, 3.0)
     wide = 1 + np.tan(np.radians(slope_deg)) * np.maximum(mesh.vertices_mm[:, 2] - 40, 0) / 40
     places = mesh.vertices_mm * np.column_stack([wide, flat * wide, np.ones(len(wide))])
     return limb.with_mesh(mesh.with_vertices(limb.frame.limb_from_mesh.inverse.apply(places)))

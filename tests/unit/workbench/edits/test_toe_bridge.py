@@ -45,9 +45,9 @@ def two_toes() -> Limb:
         ],
         0.3,
     )
-    mesh = surface(field, (-90, -110, -30), (90, 220, 320), 3.0, 260.0)
+    mesh = surface(field, (-90, -110, -30), (90, 220, 150), 3.0, 130.0)
     places = {**FOOT_PLACES, "second toe": (-10, 178, 14), "first toe": (-10, 178, 14)}
-    low = {name: at for name, at in places.items() if at[2] < 250}
+    low = {name: at for name, at in places.items() if at[2] < 130}
     known = {
         "sigma_mm": np.full(len(mesh), SIGMA_MM, np.float32),
         "shared_mm": np.full((len(mesh), 2), SHARED_MM, np.float32),

@@ -41,7 +41,7 @@ FoundBy = Callable[[Colour | None], PaintedMarks]
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
-    options = replace(SMALL, photos=13, calibration_photos=0, spots=SPOTS)
+    options = replace(SMALL, photos=13, calibration_photos=0, spots=SPOTS, samples=2)
     return make_capture(tmp_path_factory.mktemp("painted") / "capture", options)
 
 

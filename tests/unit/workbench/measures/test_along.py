@@ -21,7 +21,7 @@ from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.along import AlongCentreline, measure_along
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
-from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
+from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 
 RADIUS_MM, SIDES = 30.0, 96
 GIRTH_PER_MM = 2 * SIDES * np.sin(np.pi / SIDES)
@@ -44,30 +44,30 @@ PLACES = {
 SURE = Placing(click_mm=0.0)
 
 
-def foot(taper: float = 0.0, step_mm: float = 2.0) -> Limb:
+def foot(taper: float = 0.0, step_mm: float = 2.0, sides: int = SIDES) -> Limb:
     """A round tube about the centreline of its landmarks; it tapers towards the toe."""
     at = np.linspace(0, WHOLE_MM, round(WHOLE_MM / step_mm) + 1)
     turned = np.clip((at - LEG_MM) / TURN_MM, 0, np.pi / 2)
     before, behind = np.minimum(at, LEG_MM), np.maximum(at - LEG_MM - ARC_MM, 0)
     y = TURN_MM * (1 - np.cos(turned)) + behind
     z = 300.0 - before - TURN_MM * np.sin(turned)
-    angles = 2 * np.pi * np.arange(SIDES) / SIDES
+    angles = 2 * np.pi * np.arange(sides) / sides
     inwards = np.column_stack([0 * at, np.cos(turned), np.sin(turned)])
     radii = (RADIUS_MM - taper * at)[:, None, None]
     ring = np.cos(angles)[None, :, None] * np.array([1.0, 0, 0])
     ring = ring + np.sin(angles)[None, :, None] * inwards[:, None]
     rings = np.column_stack([0 * y, y, z])[:, None] + radii * ring
-    i, j = (k.ravel() for k in np.meshgrid(np.arange(len(at) - 1), np.arange(SIDES), indexing="ij"))
-    here, beside = i * SIDES + j, i * SIDES + (j + 1) % SIDES
-    first, last = len(at) * SIDES, len(at) * SIDES + 1
-    k = np.arange(SIDES)
-    after, end = (k + 1) % SIDES, (len(at) - 1) * SIDES
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(len(at) - 1), np.arange(sides), indexing="ij"))
+    here, beside = i * sides + j, i * sides + (j + 1) % sides
+    first, last = len(at) * sides, len(at) * sides + 1
+    k = np.arange(sides)
+    after, end = (k + 1) % sides, (len(at) - 1) * sides
     faces = np.concatenate(
         [
-            np.column_stack([here, beside + SIDES, beside]),
-            np.column_stack([here, here + SIDES, beside + SIDES]),
-            np.column_stack([k, after, np.full(SIDES, first)]),
-            np.column_stack([end + after, end + k, np.full(SIDES, last)]),
+            np.column_stack([here, beside + sides, beside]),
+            np.column_stack([here, here + sides, beside + sides]),
+            np.column_stack([k, after, np.full(sides, first)]),
+            np.column_stack([end + after, end + k, np.full(sides, last)]),
         ]
     )
     vertices = np.concatenate([rings.reshape(-1, 3), [[0, 0, 300.0], [0, 300.0, 0]]])
@@ -83,6 +83,14 @@ def foot(taper: float = 0.0, step_mm: float = 2.0) -> Limb:
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
         kind="foot",
     )
+
+
+@pytest.fixture(scope="module")
+def sheet() -> MeasuringSheet:
+    """A tube of few triangles, by rows with and without a figure."""
+    only = ("ankle_deg", "hindfoot_deg", "foot_length_mm", "ball_width_mm", "ball_girth_mm")
+    only = (*only, "navicular_height_mm", "navicular_height_per_cent", "fibula_head_height_mm")
+    return measuring_sheet(foot(step_mm=10.0, sides=36), SheetOptions(only=only))
 
 
 def test_girths_across_a_bent_tube_are_those_of_its_rings() -> None:
@@ -186,24 +194,23 @@ def test_the_command_measures_across_the_centreline(tmp_path: Path) -> None:
     assert "mm along the centreline" in told
 
 
-def test_the_tables_in_a_notebook_have_their_reach_and_in_pandas_their_sigma() -> None:
+def test_the_tables_in_a_notebook_have_their_reach_and_in_pandas_their_sigma(
+    sheet: MeasuringSheet,
+) -> None:
     pytest.importorskip("pandas", reason="pandas is not installed")
-    limb = foot(step_mm=5.0)
-    found, form = measure_along(limb, 100.0, placing=SURE), measuring_sheet(limb)
+    found = measure_along(foot(step_mm=10.0), 200.0, placing=SURE)
     (station, *_), frame = found.stations, found.to_frame()
     girth = station.figures["tape_mm"]
     assert girth.sigma is not None
     assert (frame.tape_mm[0], frame.sigma_tape_mm[0]) == (girth.value, girth.sigma)
     assert f"{girth.value:.1f} ± {1.96 * girth.sigma:.1f}" in found._repr_html_()
-    sheet = form.to_frame()
-    assert list(sheet.name) == [row.name for row in form.rows]
-    row = next(one for one in form.rows if one.figure is not None and one.figure.sigma)
+    rows = sheet.to_frame()
+    assert list(rows.name) == [row.name for row in sheet.rows]
+    row = next(one for one in sheet.rows if one.figure is not None and one.figure.sigma)
     assert row.figure is not None
-    assert sheet.value[list(sheet.name).index(row.name)] == pytest.approx(
-        row.figure.value, rel=1e-5
-    )
-    assert row.figure.with_interval in form._repr_html_()
-    assert len(repr(form)) < 600
+    assert rows.value[list(rows.name).index(row.name)] == pytest.approx(row.figure.value, rel=1e-5)
+    assert row.figure.with_interval in sheet._repr_html_()
+    assert len(repr(sheet)) < 600
 
 
 def test_a_crumb_below_a_straight_limb_does_not_shift_its_stations(cylinder: Mesh) -> None:
@@ -221,17 +228,18 @@ def test_a_crumb_below_a_straight_limb_does_not_shift_its_stations(cylinder: Mes
     assert [one.along_mm for one in found.stations] == [50.0, 100.0, 150.0]
 
 
-def test_a_figure_made_of_others_is_given_without_them() -> None:
-    sheet = measuring_sheet(foot(), SheetOptions(only=("navicular_height_per_cent",)))
-    (row,) = sheet.rows
+def test_a_figure_made_of_others_is_given_without_them(sheet: MeasuringSheet) -> None:
+    limb = foot(step_mm=10.0, sides=36)
+    alone = measuring_sheet(limb, SheetOptions(only=("navicular_height_per_cent",)))
+    (row,) = alone.rows
     assert row.name == "navicular_height_per_cent"
     assert row.reason is not None, "no navicular is marked"
-    whole = {one.name: one for one in measuring_sheet(foot()).rows}
+    whole = {one.name: one for one in sheet.rows}
     assert row == whole[row.name]
     with pytest.raises(MeasureError):
-        sheet[row.name]
+        alone[row.name]
     with pytest.raises(KeyError, match="calf"):
-        sheet["calf"]
+        alone["calf"]
 
 
 @pytest.mark.parametrize("spacing_mm", [0.0, -10.0, np.nan, np.inf])

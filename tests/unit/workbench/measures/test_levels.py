@@ -278,7 +278,7 @@ def straddled(make_forked: Callable[..., Mesh], axis_at_mm: float) -> Mesh:
     return body.with_vertices(vertices)
 
 
-HEIGHTS_MM = [10.0, 30, 50, 70, 90]
+HEIGHTS_MM, ALONE_MM = [10.0, 30, 50, 70, 90], (10.0, 70.0)
 
 
 @pytest.mark.parametrize("axis_at_mm", [77.5, 77.0, 78.0])
@@ -289,6 +289,8 @@ def test_between_two_thighs_nothing_is_measured_from_level_to_level(
     for height, level in zip(HEIGHTS_MM, levels_at(body, HEIGHTS_MM), strict=True):
         assert isinstance(level, Refused)
         assert level.reason.code == "measure.level.no_limb"
+        if height not in ALONE_MM:
+            continue
         with pytest.raises(MeasureError) as refused:
             level_at(body, height)
         assert refused.value.finding == level.reason
@@ -303,10 +305,11 @@ def test_one_thigh_is_followed_from_level_to_level(
     for height, level in zip(HEIGHTS_MM, levels_at(body, HEIGHTS_MM), strict=True):
         assert isinstance(level, Level)
         assert tape_mm(level).value == pytest.approx(round_mm(radius), rel=1e-3)
-        assert tape_mm(level_at(body, height)).value == tape_mm(level).value
+        if height in ALONE_MM:
+            assert tape_mm(level_at(body, height)).value == tape_mm(level).value
 
 
-@pytest.mark.parametrize("by_mm", [-3.0, 0.0, 3.0])
+@pytest.mark.parametrize("by_mm", [-3.0, pytest.param(0.0, marks=pytest.mark.slow), 3.0])
 def test_all_who_measure_choose_the_same_thigh_after_an_edit_too(
     make_forked: Callable[..., Mesh], by_mm: float
 ) -> None:

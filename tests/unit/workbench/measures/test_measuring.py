@@ -144,7 +144,7 @@ def test_a_volume_s_sigma_counts_limbs_of_which_none_is_told(
 
 
 def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
-    heights = tuple(np.linspace(-30, 230, 240).tolist())
+    heights = tuple(np.linspace(-30, 230, 120).tolist())
     table = measure_limb(aligned(cylinder), LimbMeasureOptions(heights_mm=heights))
     assert [row.from_reference_mm for row in table.rows] == list(heights)
     inside = [0 < height <= 200 for height in heights]
@@ -180,10 +180,11 @@ def test_the_sigma_of_a_length_holds_how_its_landmarks_were_placed(cylinder: Mes
 
     inwards = 50 / math.hypot(50, 50, 90)
     along = np.array([1.0, 1.0, math.sqrt(1 - inwards**2)])
+    placed = sigmas(2.0)
     np.testing.assert_allclose(
-        np.sqrt(sigmas(2.0) ** 2 - sigmas(0.0) ** 2), 2 * math.sqrt(2) * along, rtol=5e-3
+        np.sqrt(placed**2 - sigmas(0.0) ** 2), 2 * math.sqrt(2) * along, rtol=5e-3
     )
-    np.testing.assert_array_equal(sigmas(2.0), _usual_sigmas(limb))
+    np.testing.assert_array_equal(placed, _usual_sigmas(limb))
 
 
 def _usual_sigmas(limb: Limb) -> np.ndarray:

@@ -21,10 +21,10 @@ from limbgram.workbench.edits.thickness import Thickness, wall_thickness
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_inside, measure_limb
 
-ROUND, INNER_MM, OUTER_MM, FLOOR_MM, HIGH_MM = 180, 40.0, 44.0, 6.0, 150.0
+ROUND, INNER_MM, OUTER_MM, FLOOR_MM, HIGH_MM = 120, 40.0, 44.0, 6.0, 150.0
 FLAT = np.cos(np.pi / ROUND)
 """What the sides of a polygon lie nearer than its corners."""
-STEPS = 30
+STEPS = 20
 
 
 def _tube(radius_mm: float, low_mm: float, shift_mm: float) -> np.ndarray:
@@ -208,10 +208,13 @@ def test_the_map_is_drawn_on_the_surface_whose_wall_was_measured(
         faces=np.concatenate([crumb.faces, wall.faces + len(crumb.vertices)]).astype(np.int32),
     )
     drawn: list[tuple[Mesh, Thickness]] = []
+    measured = wall_thickness(wall)
+    assert measured is not None
+    picture = wall_map(wall, measured)
 
     def kept(shown: Mesh, thickness: Thickness) -> Drawing:
         drawn.append((shown, thickness))
-        return wall_map(shown, thickness)
+        return picture
 
     monkeypatch.setattr("limbgram.report.drawings.wall_thickness.wall_map", kept)
     for inside, sock_mm in ((False, None), (True, None), (False, 0.5)):

@@ -34,7 +34,7 @@ from limbgram.workbench.recipe.ledger import (
 )
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
-SIDES = 256
+SIDES, SPOKES = 256, 120
 RECIPE = Recipe(name="none", entries=(Entry(edit=Offset(distance_mm=1.0)),))
 AS_PRINTED = re.compile(r"(\d+(?:\.\d+)?): (\d+\.\d)")
 
@@ -115,9 +115,9 @@ def test_a_cut_and_a_wall_neither_press_nor_give_room(edits: list[Edit], volume_
     assert last.volume_ml == pytest.approx(math.pi * volume_mm3 / 1000, rel=0.02)
 
 
-def cup(radius_mm: float, high_mm: float, step_mm: float = 2.0) -> Limb:
+def cup(radius_mm: float, high_mm: float, step_mm: float = 5.0) -> Limb:
     """A tube with a flat bottom at 0, open above."""
-    rows, spokes = round(high_mm / step_mm) + 1, 160
+    rows, spokes = round(high_mm / step_mm) + 1, SPOKES
     angle = np.arange(spokes) * 2 * np.pi / spokes
     z = np.repeat(np.linspace(0.0, high_mm, rows), spokes)
     ring = radius_mm * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -161,7 +161,7 @@ def test_volumes_are_compared_between_the_same_two_heights() -> None:
     entries = (Entry(edit=reduced), Entry(edit=Trimline(through=through)))
     ledger = replay(Recipe(name="socket", entries=entries), cup(50.0, 200.0)).ledger
     first, second = ledger.lines
-    area_mm2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
+    area_mm2 = SPOKES / 2 * math.sin(2 * math.pi / SPOKES) * 50.0**2
     assert first.volume is not None
     assert first.volume.low_mm is None
     assert first.volume.high_mm == pytest.approx(200.0, abs=1e-6)
@@ -187,12 +187,12 @@ def test_a_trimline_anywhere_leaves_a_volume_to_compare(share: float) -> None:
     (line,) = replay(recipe, cup(50.0, 200.0)).ledger.lines
     assert line.volume is not None
     assert line.volume.high_mm == pytest.approx(high, abs=0.5)
-    area_mm2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
+    area_mm2 = SPOKES / 2 * math.sin(2 * math.pi / SPOKES) * 50.0**2
     assert line.volume.before_ml == pytest.approx(area_mm2 * line.volume.high_mm / 1000, rel=1e-6)
     assert line.volume.after_ml == pytest.approx(line.volume.before_ml, rel=1e-6)
 
 
-AREA_MM2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
+AREA_MM2 = SPOKES / 2 * math.sin(2 * math.pi / SPOKES) * 50.0**2
 """Of a section of `cup(50, ...)`."""
 RING = np.radians(np.arange(0, 360, 15))
 SLOPE_DEG = math.degrees(math.atan(0.4))
@@ -295,7 +295,7 @@ def test_a_wall_has_no_volume_to_compare_with_the_limb() -> None:
     reduced = Reduction(heights_mm=(0.0, 200.0), per_cent=(3.0, 3.0), of="girth")
     edits = (reduced, Wall(thickness_mm=4.0), PlaneCut(height_mm=100.0))
     recipe = Recipe(name="socket", entries=tuple(Entry(edit=edit) for edit in edits))
-    ledger = replay(recipe, cup(50.0, 200.0, step_mm=5.0)).ledger
+    ledger = replay(recipe, cup(50.0, 200.0)).ledger
     first, wall, cut = ledger.lines
     assert first.volume == ledger.volume
     assert wall.volume is None
@@ -314,7 +314,7 @@ def test_girths_of_a_wall_are_those_of_the_skin_that_touches_the_limb(side: str)
     made = make_edit("wall", {"thickness_mm": 4.0, "side": side}, "wall")
     edits = (made, PlaneCut(height_mm=150.0))
     recipe = Recipe(name="socket", entries=tuple(Entry(edit=edit) for edit in edits))
-    wall, cut = replay(recipe, cup(50.0, 200.0, step_mm=5.0)).ledger.lines
+    wall, cut = replay(recipe, cup(50.0, 200.0)).ledger.lines
     kept = [girth for girth in wall.after.girths_mm if girth is not None]
     assert len(kept) >= 8
     for before, after in zip(wall.before.girths_mm, wall.after.girths_mm, strict=True):
@@ -360,9 +360,9 @@ def test_a_cut_s_cover_is_mirrored_with_the_limb() -> None:
 
 def test_a_wall_that_is_moved_is_told_to_press_where_it_grows_outwards() -> None:
     """Its inside, which touches the limb, faces the other way: an offset of 1 mm presses there."""
-    edits = (Wall(thickness_mm=4.0), Offset(distance_mm=1.0), PlaneCut(height_mm=150.0))
+    edits = (Wall(thickness_mm=4.0), Offset(distance_mm=1.0), PlaneCut(height_mm=110.0))
     recipe = Recipe(name="w", entries=tuple(Entry(edit=one) for one in edits))
-    wall, moved, cut = replay(recipe, cup(50.0, 200.0, step_mm=5.0)).ledger.lines
+    wall, moved, cut = replay(recipe, cup(50.0, 140.0)).ledger.lines
     at = 3
     before, after = wall.after.girths_mm[at], moved.after.girths_mm[at]
     assert before is not None

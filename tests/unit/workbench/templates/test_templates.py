@@ -117,7 +117,7 @@ def test_where_nothing_was_done_alike_there_is_no_template(bench) -> None:
         learn(pairs, "nothing", AS_IS)
     same = [Pair(before=pair.before, after=pair.before) for pair in pairs]
     with pytest.raises(MeasureError, match=r"0\.1 mm or more"):
-        learn(same, "nothing", AS_IS)
+        learn(same[:2], "nothing", AS_IS)
 
 
 def test_one_spoilt_pair_of_five_hardly_counts(bench) -> None:
@@ -276,10 +276,10 @@ def test_no_chart_that_is_accepted_folds(bench) -> None:
     limb = bench.limb_of(bench.build())
     plain = plain_chart(limb, "patellar tendon", "axis")
     draw = np.random.default_rng(4)
-    heights, angles = np.arange(-0.4, 2.5, 0.02), np.arange(-np.pi, np.pi, 0.05)
+    heights, angles = np.arange(-0.4, 2.5, 0.03), np.arange(-np.pi, np.pi, 0.07)
     grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1)
     accepted = refused = 0
-    for _ in range(300):
+    for _ in range(200):
         count = draw.integers(4, 9)
         own = np.column_stack([draw.uniform(0, 1.1, count), draw.uniform(-np.pi, np.pi, count)])
         moves = draw.uniform(0.1, 0.4) * draw.normal(size=(count, 2)) * [0.4, 1.0]
