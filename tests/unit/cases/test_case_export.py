@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,16 @@ def works(workspace: Workspace) -> tuple[Work, ...]:
             return shape_cache.work(workspace)
 
     return tuple(work(offset_mm) for offset_mm in OFFSETS_MM)
+
+
+@pytest.fixture(autouse=True)
+def without_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A blank mirror check beside each file: to draw one takes most of an export."""
+    drawings = "limbgram.report.drawings"
+    monkeypatch.setattr(f"{drawings}.drawing.png", lambda _: np.zeros(8, np.uint8))
+    monkeypatch.setattr(
+        f"{drawings}.mirror_check.mirror_check", lambda *_: SimpleNamespace(figure=None)
+    )
 
 
 def in_two_threads(workspace: Workspace, act: Callable[[int], None]) -> None:
