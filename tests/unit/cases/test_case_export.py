@@ -7,7 +7,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -42,6 +41,8 @@ OFFSETS_MM = (-2.0, 1.0)
 """Of two shapes of one scan, which are made at the same time."""
 ROUNDS = 3
 STL = ExportOptions(kind="stl", side="left")
+
+pytestmark = pytest.mark.usefixtures("blank_mirror_checks")
 
 
 def capsule() -> Mesh:
@@ -83,16 +84,6 @@ def works(workspace: Workspace) -> tuple[Work, ...]:
             return shape_cache.work(workspace)
 
     return tuple(work(offset_mm) for offset_mm in OFFSETS_MM)
-
-
-@pytest.fixture(autouse=True)
-def without_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A blank mirror check beside each file: to draw one takes most of an export."""
-    drawings = "limbgram.report.drawings"
-    monkeypatch.setattr(f"{drawings}.drawing.png", lambda _: np.zeros(8, np.uint8))
-    monkeypatch.setattr(
-        f"{drawings}.mirror_check.mirror_check", lambda *_: SimpleNamespace(figure=None)
-    )
 
 
 def in_two_threads(workspace: Workspace, act: Callable[[int], None]) -> None:
