@@ -250,3 +250,12 @@ def data_folder() -> Path:
     if not name:
         pytest.skip("LIMBGRAM_DATA is not set: no captures with truth to compare with")
     return Path(name)
+
+
+@pytest.fixture
+def blank_mirror_checks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside an export a blank file: to draw the mirror check takes most of an export's time."""
+    drawings = "limbgram.report.drawings"
+    undrawn = types.SimpleNamespace(figure=None)
+    monkeypatch.setattr(f"{drawings}.mirror_check.mirror_check", lambda *_: undrawn)
+    monkeypatch.setattr(f"{drawings}.drawing.png", lambda _: np.zeros(8, np.uint8))

@@ -30,7 +30,7 @@ from limbgram.capture.prediction import (
 )
 from limbgram.capture.proxy import LimbProxy, plain_tube
 from limbgram.core.errors import OptionsError, PlanError
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.interval import COVER
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, Value, doubt, note
@@ -267,8 +267,8 @@ def plan_capture(
     held = quarter_turned(camera.camera) if portrait else camera.camera
     best: tuple[float, int] | None = None
     for stands, rings in _candidates(distance_mm):
-        sharpness = _best_sharpness(stands, held, camera, limb)
         views = [one.view(held, limb.middle, 0.0) for one in stands]
+        sharpness = _best_sharpness(views, held, camera, limb)
         showing = showing_of_sock(len(limb.mesh), len(views), sharpness.blur_px, sock)
         prediction = predict(limb, views, showing)
         reached_mm = prediction.sigma_reached_mm(limb, _SURE_SHARE)
@@ -362,10 +362,9 @@ def _ring(count: int, elevation_deg: float, number: int, distance_mm: float) -> 
 
 
 def _best_sharpness(
-    stands: list[Stand], held: Camera, planned: PlannedCamera, limb: LimbProxy
+    views: list[View], held: Camera, planned: PlannedCamera, limb: LimbProxy
 ) -> _Sharpness:
     """Aperture and focus for all that these photos measure."""
-    views = [one.view(held, limb.middle, 0.0) for one in stands]
     seen = incidence_cosines(limb, views) >= _SQUARELY
     depths = np.stack(
         [view.camera_from_world.apply(limb.mesh.vertices_mm)[:, 2] for view in views], axis=1

@@ -30,8 +30,8 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture(scope="session")
 def limb(request: pytest.FixtureRequest) -> Mesh:
-    """Of edges of 4 mm where a test asks for no others."""
-    step_mm: float = getattr(request, "param", 4.0)
+    """Of edges of 6 mm where a test asks for no others."""
+    step_mm: float = getattr(request, "param", 6.0)
     return make_limb(SMALL.kind, SMALL.seed, step_mm, 60.0).mesh
 
 

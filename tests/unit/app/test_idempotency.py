@@ -16,9 +16,17 @@ from limbgram.cases.shelf import Shelf
 from limbgram.cases.workspace import Workspace
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
+from limbgram.synthetic import SMALL
+from limbgram.synthetic.props.limb import make_limb
 
 API = "/api/v1"
 HOST = "127.0.0.1:8000"
+
+
+@pytest.fixture(scope="module")
+def limb() -> Mesh:
+    """As coarse as it may be: what is asked of it is which act was done."""
+    return make_limb(SMALL.kind, SMALL.seed, 12.0, 60.0).mesh
 
 
 @pytest.fixture

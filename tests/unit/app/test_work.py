@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from fastapi.testclient import TestClient
+from matplotlib.figure import Figure
 from pypdfium2 import PdfDocument
 from typer.testing import CliRunner
 
@@ -29,6 +30,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings.tell import LANGUAGES
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_limb, read_shape
+from limbgram.report.drawings.drawing import Picture, png
 from limbgram.services.export import EXPORTS
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import CarveOptions
@@ -64,6 +66,14 @@ def aligned(client: TestClient, case: str, limb: Mesh) -> str:
 def without_places(client: TestClient, case: str) -> str:
     """The same with axes alone: what places make of a record takes more than half of its time."""
     return with_axes(client, case)
+
+
+@pytest.fixture
+def without_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records with a white dot for each picture: to draw takes half of their time."""
+    dot = png(Figure(figsize=(0.1, 0.1)))
+    dots = [Picture(name=one, title=one, caption=one, png=dot) for one in ("sides", "sections")]
+    monkeypatch.setattr("limbgram.report.record.record._pictures", lambda *_: tuple(dots))
 
 
 def with_axes(client: TestClient, case: str) -> str:
@@ -109,7 +119,7 @@ def by_hand(drawn: str, limb: Mesh) -> dict[str, Any]:
     if drawn == "trimline":
         above = np.abs(at[:, 2] - middle - 60) < 3
         angles = np.arctan2(at[above, 1], at[above, 0])
-        round_it = [at[above][np.argmin(np.abs(angles - a))] for a in np.linspace(-3, 2.1, 6)]
+        round_it = [at[above][np.argmin(np.abs(angles - a))] for a in np.linspace(-3, 2.1, 8)]
         return {"through": np.array(round_it).tolist(), "keep": "distal", "positions_in": "mesh"}
     stroke = [(-12, -25), (-12, 0), (-12, 25), (12, 25), (12, 0), (12, -25)]  # a brush 24 mm wide
     front = at[at[:, 1] > 0]
@@ -327,7 +337,7 @@ def test_an_edit_that_is_refused_changes_nothing(client: TestClient, aligned: st
 
 @pytest.mark.parametrize(
     "kinds",
-    [("stl", "dxf", "aop"), pytest.param(("ply", "obj", "glb"), marks=pytest.mark.slow)],
+    [("stl", "aop"), pytest.param(("dxf", "ply", "obj", "glb"), marks=pytest.mark.slow)],
     ids=" ".join,
 )
 def test_exported_bytes_are_those_of_the_command_line(
@@ -400,6 +410,7 @@ def test_measures_are_those_of_the_command_line_with_the_tape_beside(
     assert ring["length_mm"] == pytest.approx(found["levels"][1]["contour_mm"]["value"], rel=2e-3)
 
 
+@pytest.mark.usefixtures("without_drawing")
 def test_the_record_tells_every_reading_conflict_and_acceptance(
     client: TestClient, without_places: str
 ) -> None:
@@ -452,6 +463,7 @@ def test_the_record_tells_every_reading_conflict_and_acceptance(
         assert re.search(f"{height:.0f} {read} {scan} {said[height]}", printed)
 
 
+@pytest.mark.usefixtures("without_drawing")
 def test_a_record_says_where_the_verdict_of_the_capture_cannot_be_told(
     client: TestClient, app_state: AppState, without_places: str
 ) -> None:

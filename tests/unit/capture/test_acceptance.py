@@ -165,7 +165,7 @@ CAST = Artefact(
 
 
 def test_a_surface_against_its_calibrated_mesh() -> None:
-    limb = make_limb(LimbKind.TRANSTIBIAL, 4, 3.0, 60.0).mesh
+    limb = make_limb(LimbKind.TRANSTIBIAL, 4, 6.0, 60.0).mesh
     grown = limb.with_vertices(limb.vertices_mm + 0.2 * limb.vertex_normals())
     found = accept(CAST, [capture(grown)], parse_limits(["surface=0.1"]), limb)
     (value,) = found.values
@@ -175,7 +175,7 @@ def test_a_surface_against_its_calibrated_mesh() -> None:
 
 
 def test_a_scrap_of_the_calibrated_mesh_proves_no_kit() -> None:
-    limb = make_limb(LimbKind.TRANSTIBIAL, 4, 3.0, 60.0).mesh
+    limb = make_limb(LimbKind.TRANSTIBIAL, 4, 6.0, 60.0).mesh
     around = np.arctan2(*limb.vertices_mm[:, :2].T)
     for share, judged in ((0.3, False), (0.8, True)):
         kept = np.abs(around) < share * np.pi

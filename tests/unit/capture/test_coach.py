@@ -241,14 +241,15 @@ def test_exposure_is_judged_on_the_limb_and_not_on_what_its_outline_spans(
     assert shown.sum() < 0.7 * whole  # the outline spans more paper than would be called burnt
     scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
     metric = MetricScene(scene=scene, scale=scale)
-    looked = inspect_limb(photos, photos, detect(photos), metric, limb, {})
+    found = detect(photos)
+    looked = inspect_limb(photos, photos, found, metric, limb, {})
     assert looked[0].photo.burnt == pytest.approx(burnt_px**2 / shown.sum(), abs=0.02)
     known: dict[str, InspectionCache] = {}
-    inspect_limb(photos, photos, detect(photos), metric, limb, known)
+    inspect_limb(photos, photos, found, metric, limb, known)
     called = replace(
         photos, photos=tuple(replace(one, name=f"left_{one.name}") for one in photos.photos)
     )
-    looked = inspect_limb(called, called, detect(called), metric, limb, known)
+    looked = inspect_limb(called, called, found, metric, limb, known)
     assert tuple(one.photo.name for one in looked) == called.names
 
 

@@ -42,6 +42,8 @@ OFFSETS_MM = (-2.0, 1.0)
 ROUNDS = 3
 STL = ExportOptions(kind="stl", side="left")
 
+pytestmark = pytest.mark.usefixtures("blank_mirror_checks")
+
 
 def capsule() -> Mesh:
     """Half a ball of 40 mm below a tube up to 160 mm."""

@@ -15,6 +15,7 @@ import pytest
 
 import limbgram
 from limbgram.cases.child_process import Event
+from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.job_messages import Answer, Job, plain_tree
 from limbgram.cases.job_supervision import JobBug, JobDied, Supervision
 from limbgram.core.errors import Cancelled, CaseError, PhotoError, ScaleError
@@ -178,10 +179,12 @@ def test_code_and_settings_in_the_current_folder_are_left_alone(
     monkeypatch.chdir(photos)
     sources = str(Path(limbgram.__file__).parents[1])
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(("", sources)))  # "" is the current folder
-    with pytest.raises(PhotoError):
+    with pytest.raises(PhotoError, match="no photos in"):
         Supervision(Job(case=tmp_path / "case", sources=(Path(),)), lambda _event: None).wait()
     assert not ran.exists(), ran.read_text("utf-8")
     assert (tmp_path / "case" / "log.txt").read_bytes() == b""
+    record = json.loads((tmp_path / "case" / "case.json").read_text("utf-8"))
+    assert record["state"] == "refused"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal between programs")
@@ -294,8 +297,11 @@ def block_lock(case: Path) -> None:
 @pytest.mark.parametrize(
     "block",
     [
-        *(block_photos, block_log),
-        *(pytest.param(one, marks=pytest.mark.slow) for one in (block_record, block_lock)),
+        block_photos,
+        *(
+            pytest.param(one, marks=pytest.mark.slow)
+            for one in (block_log, block_record, block_lock)
+        ),
     ],
 )
 def test_what_is_in_the_way_is_refused_by_the_real_worker(
@@ -306,6 +312,7 @@ def test_what_is_in_the_way_is_refused_by_the_real_worker(
         Supervision(Job(case=tmp_path / "case", sources=(photos,)), lambda _event: None).wait()
 
 
+@pytest.mark.slow
 def test_a_folder_without_photos_is_refused_by_the_real_worker(tmp_path: Path) -> None:
     photos = tmp_path / "photos"
     photos.mkdir()
@@ -324,22 +331,6 @@ def test_the_photos_own_folder_is_no_case_and_stays_as_it_is(photos: Path) -> No
 
 @pytest.mark.skipif(sys.platform == "win32", reason="uses POSIX locks")
 def test_two_runs_do_not_share_a_case(tmp_path: Path) -> None:
-    holder = textwrap.dedent(
-        """
-        import sys
-        from pathlib import Path
-        from limbgram.cases.folder import CaseFolder, locked
-        with locked(CaseFolder(Path(sys.argv[1]))):
-            print("held", flush=True)
-            sys.stdin.read()
-        """
-    )
     case = tmp_path / "case"
-    with subprocess.Popen(
-        [sys.executable, "-c", holder, str(case)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == b"held\n"
-        with pytest.raises(CaseError, match="Another run"):
-            Supervision(Job(case=case, sources=(tmp_path,)), lambda _event: None).wait()
-        process.communicate()
+    with locked(CaseFolder(case)), pytest.raises(CaseError, match="Another run"):
+        Supervision(Job(case=case, sources=(tmp_path,)), lambda _event: None).wait()

@@ -24,13 +24,22 @@ FEW = FrameOptions(count=6)
 
 @pytest.fixture
 def video(tmp_path: Path) -> Path:
+    return filmed(tmp_path / "the walk.avi", 90)
+
+
+@pytest.fixture
+def clip(tmp_path: Path) -> Path:
+    """The first second of it, for tests that ask for the files alone."""
+    return filmed(tmp_path / "the walk.avi", 25)
+
+
+def filmed(path: Path, frames: int) -> Path:
     """A window that slides over squares of chance colours, 5 px a frame."""
-    path = tmp_path / "the walk.avi"
     grain = np.random.default_rng(5).integers(0, 256, (24, 80, 3), dtype=np.uint8)
     ground = cv2.resize(grain, (800, 240), interpolation=cv2.INTER_NEAREST)
     ground = cv2.GaussianBlur(ground, (0, 0), 0.8)
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 25, (320, 240))
-    for x in range(0, 450, 5):
+    for x in range(0, 5 * frames, 5):
         writer.write(ground[:, x : x + 320])
     writer.release()
     return path
@@ -58,27 +67,25 @@ def test_frames_become_photos_of_one_camera(video: Path, tmp_path: Path) -> None
         assert sheet.width > 1000
 
 
-def test_the_same_again_is_not_made_again_and_other_options_are(
-    video: Path, tmp_path: Path
-) -> None:
+def test_the_same_again_is_not_made_again_and_other_options_are(clip: Path, tmp_path: Path) -> None:
     stages: list[str] = []
     run = Run(listener=lambda stage, _done, _total: stages.append(stage))
-    first = take_frames(video, tmp_path / "out", run, FEW)
+    first = take_frames(clip, tmp_path / "out", run, FEW)
     written = {file: file.read_bytes() for file in first.photos.iterdir()}
     stages.clear()
-    assert take_frames(video, tmp_path / "out", run, FEW) == first
+    assert take_frames(clip, tmp_path / "out", run, FEW) == first
     assert not stages
     next(iter(written)).unlink()
-    assert take_frames(video, tmp_path / "out", run, FEW) == first
+    assert take_frames(clip, tmp_path / "out", run, FEW) == first
     assert {file: file.read_bytes() for file in first.photos.iterdir()} == written
-    assert take_frames(video, tmp_path / "out", run, FrameOptions(count=4)).taken == 4
+    assert take_frames(clip, tmp_path / "out", run, FrameOptions(count=4)).taken == 4
 
 
-def test_what_is_no_folder_of_frames_stays(video: Path, tmp_path: Path) -> None:
+def test_what_is_no_folder_of_frames_stays(clip: Path, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "note.txt").write_text("keep")
     with pytest.raises(CaseError, match="something else"):
-        take_frames(video, tmp_path / "mine", Run(), FEW)
+        take_frames(clip, tmp_path / "mine", Run(), FEW)
     assert [file.name for file in (tmp_path / "mine").iterdir()] == ["note.txt"]
 
 
@@ -93,13 +100,13 @@ def test_stopped_it_leaves_nothing(video: Path, tmp_path: Path) -> None:
     assert {entry.name for entry in tmp_path.iterdir()} == {"the walk.avi"}
 
 
-def test_a_case_takes_photos_and_videos(video: Path, tmp_path: Path) -> None:
+def test_a_case_takes_photos_and_videos(clip: Path, tmp_path: Path) -> None:
     case = CaseFolder(tmp_path / "case")
     case.root.mkdir()
     photos = tmp_path / "photos"
-    sources = with_frames(case, (photos, video), CachingRun(case=case))
+    sources = with_frames(case, (photos, clip), CachingRun(case=case))
     assert sources == (photos, case.frames / "the_walk" / "photos")
-    assert len(list(sources[1].iterdir())) > 20
+    assert len(list(sources[1].iterdir())) >= 6
     assert not case.stages.exists()
 
 
@@ -113,21 +120,21 @@ def test_a_case_takes_photos_and_videos(video: Path, tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_videos_of_like_names_keep_their_frames_apart(
-    video: Path, tmp_path: Path, names: tuple[str, str]
+    clip: Path, tmp_path: Path, names: tuple[str, str]
 ) -> None:
     case = CaseFolder(tmp_path / "case")
     case.root.mkdir()
     films = [tmp_path / "films" / name for name in names]
     films[0].parent.mkdir()
     for number, film in enumerate(films):
-        film.write_bytes(video.read_bytes() + bytes(number))
+        film.write_bytes(clip.read_bytes() + bytes(number))
     folders = with_frames(case, films, CachingRun(case=case))
     assert len({*folders}) == 2
-    assert all(len(list(folder.iterdir())) > 20 for folder in folders)
+    assert all(len(list(folder.iterdir())) >= 6 for folder in folders)
 
 
-def test_the_command_tells_how_many(video: Path, tmp_path: Path) -> None:
-    words = ["frames", str(video), "-o", str(tmp_path / "out"), "--count", "6", "--json"]
+def test_the_command_tells_how_many(clip: Path, tmp_path: Path) -> None:
+    words = ["frames", str(clip), "-o", str(tmp_path / "out"), "--count", "6", "--json"]
     answer = CliRunner().invoke(app, words)
     assert answer.exit_code == 0, answer.output
     assert json.loads(answer.stdout)["taken"] == 6

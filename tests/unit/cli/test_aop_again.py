@@ -13,6 +13,7 @@ from limbgram.formats.aop.reading import read_aop
 from limbgram.formats.reading import read_limb, read_shape
 from limbgram.workbench.carving.radius_map import RadiusMap
 
+pytestmark = pytest.mark.usefixtures("blank_mirror_checks")
 RUNNER = CliRunner()
 ROUNDING_MM = 0.0005 + 5e-6
 """Three decimals; the end slices are cut a millionth of a millimetre inside."""

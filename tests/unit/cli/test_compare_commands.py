@@ -1,6 +1,7 @@
 """`limbgram compare` and `limbgram template`: from files to files, and refusals that write none."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -53,10 +54,23 @@ def beaker(growth: float = 1.0, dent_mm: float = 0.0) -> Limb:
     return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame)
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of three shapes, as it is copied for each test."""
+    folder = tmp_path_factory.mktemp("shapes")
+    for name, limb in (
+        ("first", beaker()),
+        ("wide", beaker(1.01)),
+        ("dented", beaker(dent_mm=5.0)),
+    ):
+        write_limb(limb, folder / f"{name}.ply")
+    return folder
+
+
 @pytest.fixture
-def shapes(tmp_path: Path) -> dict[str, str]:
-    limbs = {"first": beaker(), "wide": beaker(1.01), "dented": beaker(dent_mm=5.0)}
-    return {name: str(write_limb(limb, tmp_path / f"{name}.ply")) for name, limb in limbs.items()}
+def shapes(written: Path, tmp_path: Path) -> dict[str, str]:
+    shutil.copytree(written, tmp_path, dirs_exist_ok=True)
+    return {name: str(tmp_path / f"{name}.ply") for name in ("first", "wide", "dented")}
 
 
 def answered(*words: str) -> dict[str, Any]:

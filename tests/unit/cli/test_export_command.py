@@ -112,6 +112,7 @@ def test_no_other_door_lets_a_fold_out_without_a_word(tmp_path: Path, door: str,
         assert ("export.folds_laid_back" in codes, len(left)) == (True, 0)
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 @pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "vtp", "dxf", "aop", "gcode"])
 def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
     tmp_path: Path, kind: str
@@ -170,6 +171,7 @@ def test_aop_and_its_mirror_check(scan: Path) -> None:
     assert picture.read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 def test_default_names_of_all_kinds_stand_side_by_side(scan: Path) -> None:
     """Limb files and mirror checks too: none takes another's place."""
     kinds = ("stl", "obj", "glb", "ply", "vtp", "dxf", "aop", "gcode")
@@ -193,6 +195,7 @@ def test_gcode(scan: Path) -> None:
     assert Path(str(content["mirror_check"])).is_file()
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 def test_of_a_wall_it_is_said_that_its_outside_is_carved(tmp_path: Path) -> None:
     """A positive carved of an outward wall is larger all round by the wall's thickness."""
     dome = trimesh.creation.icosphere(4, radius=40.0)
@@ -215,6 +218,7 @@ def test_of_a_wall_it_is_said_that_its_outside_is_carved(tmp_path: Path) -> None
             assert told["wall_mm"] == pytest.approx(4.0, abs=0.05)
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 def test_a_spindle_of_0_is_left_to_the_operator(scan: Path) -> None:
     words = ("--to", "gcode", "--side", "left", *COARSE, "--spindle", "0")
     place = scan.with_name("still.nc")
@@ -224,6 +228,7 @@ def test_a_spindle_of_0_is_left_to_the_operator(scan: Path) -> None:
     assert b" M3\n" not in program
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 def test_a_machine_file_is_kept_and_taken(scan: Path) -> None:
     """What is typed goes over the preset, and that over the machine file."""
     kept = scan.with_name("shop.toml")
@@ -333,6 +338,7 @@ def test_a_dxf_says_what_its_trimline_is(tmp_path: Path, change: str, told: str)
     assert f"({reply.content['sections']} sections" in reply.lines[0].replace("mm; ", "")
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 def test_no_girth_change_where_no_section_was_compared(
     scan: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -354,6 +360,7 @@ def test_no_carver_without_a_sure_side(scan: Path, kind: str) -> None:
     assert "not sure" in refused(scan, "--to", kind, "--side", "right")
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 @pytest.mark.parametrize("kind", ["aop", "gcode", "dxf", "stl", "ply", "obj", "glb", "vtp"])
 def test_no_file_with_a_side_that_a_landmark_contradicts(scan: Path, kind: str) -> None:
     """A limb file that was written by hand: a left limb must not leave as a right one."""
@@ -388,6 +395,7 @@ def test_the_shape_itself_is_kept(scan: Path) -> None:
     assert "does not end in" in refused(scan, "--to", "stl", "--out", str(scan.with_name("a.ply")))
 
 
+@pytest.mark.usefixtures("blank_mirror_checks")
 @pytest.mark.parametrize(
     ("kind", "name"), [("dxf", "scan.dxf"), ("aop", "scan.aop"), ("stl", "scan-export-stl.stl")]
 )

@@ -77,6 +77,13 @@ def usual() -> Record:
     return record_of(source(cylinder()))
 
 
+@pytest.fixture
+def drawn_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records with the usual one's pictures: to draw others takes most of the time of a record."""
+    pictures = usual().pictures
+    monkeypatch.setattr("limbgram.report.record.record._pictures", lambda *_: pictures)
+
+
 def case(**accuracy: Any) -> CaseSource:
     tree = {
         "light": "green",
@@ -108,6 +115,7 @@ def test_aop_costs_a_cylinder_what_a_polygon_of_its_spokes_costs() -> None:
     assert 0.5 * sagitta < line.largest_mm <= sagitta
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_plus_minus_on_the_record_is_what_holds_in_95_of_100() -> None:
     scanned = cylinder()
     shared = np.full((len(scanned.mesh), 1), 0.1, np.float32)  # the whole surface in or out
@@ -168,6 +176,7 @@ def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
     assert measure_rows(record.content)[0][0] == "-60.0"
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
     limb = cylinder()
     mesh = limb.mesh
@@ -184,6 +193,7 @@ def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
     assert added.startswith("1 loose body apart from the limb")
 
 
+@pytest.mark.usefixtures("drawn_before")
 @pytest.mark.parametrize(("outcome", "gravity"), [("pass", "note"), ("fail", "fault")])
 def test_the_test_of_the_kit_is_cited(outcome: str, gravity: str) -> None:
     setup = {
@@ -201,6 +211,7 @@ def test_the_test_of_the_kit_is_cited(outcome: str, gravity: str) -> None:
     assert found["gravity"] == gravity
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_what_is_not_sure_stands_first() -> None:
     mesh = cylinder().mesh
     filled = replace(mesh, filled=np.arange(len(mesh)) < 100)
@@ -213,6 +224,7 @@ def test_what_is_not_sure_stands_first() -> None:
     assert topics == {"case", "surface", "tape", "file"}
 
 
+@pytest.mark.usefixtures("drawn_before")
 @pytest.mark.parametrize("light", ["green", "amber", "red"])
 def test_the_verdict_of_the_capture_and_its_case_stand_in_page_paper_and_tree(light: str) -> None:
     headline = f"{light.upper()}. Surface: 95 % within 0.10 mm."
@@ -230,6 +242,7 @@ def test_the_verdict_of_the_capture_and_its_case_stand_in_page_paper_and_tree(li
     assert [one["gravity"] for one in doubts] == gravity[light]
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
     """Accepted or not: the record tells what was done, it refuses nothing."""
     edits = (
@@ -262,6 +275,7 @@ def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
         assert "Anna" not in words_of
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_what_was_said_of_the_scan_and_by_a_template_stands_in_the_record_without_names() -> None:
     """The scan has a bone inside; the template knows a mark that the limb lacks, with a name."""
     limb = cylinder()
@@ -293,6 +307,7 @@ def test_what_was_said_of_the_scan_and_by_a_template_stands_in_the_record_withou
     assert "Ben" not in str(tree)
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_an_old_recipe_is_told_in_the_record() -> None:
     old = (
         'format = "limbgram recipe"\nversion = 1\n[[edit]]\ndo = "relief"\nat = "tibial crest"\n'
@@ -333,6 +348,7 @@ def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
     assert "mm thick where it is thinnest" in page
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_a_landmark_that_nobody_confirmed_is_named_in_table_advice_and_sheet() -> None:
     limb = cylinder()
     crest, scar = limb.landmarks

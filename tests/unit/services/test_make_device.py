@@ -62,11 +62,20 @@ def test_all_files_are_there_and_say_that_nothing_is_tested(
     (holds,) = (told(one) for one in done.said if one.code == "edit.enclosed")
     assert holds == f"watertight: yes; volume {done.figures['volume_ml']:.1f} mL."
 
-    again = make(
-        foot,
-        MakeDeviceRequest(order=tmp_path / "out" / "foot-orthosis-R.toml"),
-        tmp_path / "again",
+    again = preview(foot, MakeDeviceRequest(order=tmp_path / "out" / "foot-orthosis-R.toml"))
+    ordered = done.made.preview
+    assert (again.values, again.made) == (ordered.values, ordered.made)
+    assert again.layout.positive.vertices_mm.tobytes() == (
+        ordered.layout.positive.vertices_mm.tobytes()
     )
+    np.testing.assert_array_equal(again.layout.thickness_mm, ordered.layout.thickness_mm)
+
+
+@pytest.mark.slow
+def test_from_its_order_a_device_is_made_to_the_byte(foot: ShapeFile, tmp_path: Path) -> None:
+    done = make(foot, ASK, tmp_path / "out")
+    order = tmp_path / "out" / "foot-orthosis-R.toml"
+    again = make(foot, MakeDeviceRequest(order=order), tmp_path / "again")
     for path in done.written:
         if path.suffix in (".3mf", ".stl", ".toml"):
             assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()

@@ -1,6 +1,7 @@
 """Knit, veins, scars and wrinkles are as high, as wide and as far apart as they are said to be."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,16 +9,21 @@ import pytest
 from limbgram.core.errors import OptionsError
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.details import SkinDetails
-from limbgram.synthetic.props.limb import LimbKind, make_limb
+from limbgram.synthetic.props.limb import Limb, LimbKind, make_limb
 from limbgram.synthetic.props.paint import Paint, Painting, bake
 
 STEP_MM = 0.5
 SEED = 5
 
 
+@cache
+def plain_limb(step_mm: float) -> Limb:
+    return make_limb(LimbKind.TRANSTIBIAL, SEED, step_mm, 60.0)
+
+
 def raised_mm(details: SkinDetails, step_mm: float = STEP_MM) -> np.ndarray:
     """Of every point of the skin's rings, outwards."""
-    plain = make_limb(LimbKind.TRANSTIBIAL, SEED, step_mm, 60.0)
+    plain = plain_limb(step_mm)
     other = make_limb(LimbKind.TRANSTIBIAL, SEED, step_mm, 60.0, details=details)
     assert (plain.mesh.faces == other.mesh.faces).all()
     moved = other.mesh.vertices_mm - plain.mesh.vertices_mm

@@ -82,7 +82,7 @@ def test_a_lens_focused_within_its_reach_is_refused() -> None:
 
 @pytest.mark.parametrize("kind", list(LimbKind))
 def test_limbs_are_closed_and_of_human_size(kind: LimbKind) -> None:
-    limb = make_limb(kind, 5, 2.0, 60.0)
+    limb = make_limb(kind, 5, 4.0, 60.0)
     corners = limb.mesh.vertices_mm[limb.mesh.faces]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     edges = limb.mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)

@@ -76,7 +76,7 @@ def require_taken(text: str, control: Control) -> None:
         codes=frozenset(code for code in _GROUP_OF if known.get(code, True)),
         axes=axes,
         values=axes | (_NEVER_NEGATIVE if tools else _NEVER_NEGATIVE - {"H"}),
-        spindle_by_program=re.search(r"^[^(]*\bM3\b", text, re.MULTILINE) is not None,
+        spindle_by_program=re.search(r"^[^(\n]*\bM3\b", text, re.MULTILINE) is not None,
     )
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):

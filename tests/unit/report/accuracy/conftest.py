@@ -36,7 +36,7 @@ CONTROL = replace(CHECK, label="C-D", measured_mm=120.0, role="control")
 MakeScene = Callable[..., Scene]
 
 
-def tube(rings: int = 61, spokes: int = 80) -> Mesh:
+def tube(rings: int = 41, spokes: int = 64) -> Mesh:
     """An open tube about z, from z = 0."""
     azimuth = np.arange(spokes) * 2 * np.pi / spokes
     heights = np.linspace(0, HEIGHT_MM, rings)
@@ -114,7 +114,7 @@ def evidence(make_scene: MakeScene) -> Evidence:
 
     The tube stands on the floor, so its one brim is the upper one.
     """
-    scene = make_scene()
+    scene = make_scene(count=1500)
     exif = Exif(make="Make", model="Model", focal_mm=50.0, subject_m=0.9)
     photos = tuple(
         Photo(

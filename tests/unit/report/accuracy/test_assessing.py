@@ -29,6 +29,12 @@ from limbgram.report.accuracy.evidence import Evidence
 TIMING = Timing("stage", 1.0, 1.0, 100.0)
 
 
+@pytest.fixture
+def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages without what takes longest to draw."""
+    monkeypatch.setattr("limbgram.cases.case_assessment.accuracy_pictures", lambda *_: ())
+
+
 def keep(case: CaseFolder, found: Evidence, state: str = "finished") -> None:
     """Write the evidence as a run would have kept it."""
     photos = tuple(replace(photo, path=case.root / photo.path) for photo in found.photos.photos)
@@ -65,6 +71,7 @@ def test_a_finished_case_gets_json_page_and_pdf(with_sigmas: Evidence, tmp_path:
     assert case.accuracy("pdf").read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_case_placed_again_without_its_camera_file_is_assessed_by_what_was_placed_last(
     with_sigmas: Evidence, tmp_path: Path
 ) -> None:
@@ -96,6 +103,7 @@ def test_a_case_placed_again_without_its_camera_file_is_assessed_by_what_was_pla
     assert found["self_calibration"]["finding"]["values"]["not_used"] is True
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_mesh_file_in_the_same_frame_is_a_truth(with_sigmas: Evidence, tmp_path: Path) -> None:
     case = CaseFolder(tmp_path / "case")
     case.root.mkdir()
@@ -113,6 +121,7 @@ def test_a_mesh_file_in_the_same_frame_is_a_truth(with_sigmas: Evidence, tmp_pat
     assert truth["sigma"]["robust_spread"] < 1e-3
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
     with_sigmas: Evidence, tmp_path: Path
 ) -> None:
@@ -135,6 +144,7 @@ def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
         cited(case)
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_an_edited_accuracy_is_not_cited(with_sigmas: Evidence, tmp_path: Path) -> None:
     case = CaseFolder(tmp_path)
     keep(case, with_sigmas)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.special import erf
+from tests.unit.report.accuracy.conftest import tube
 
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.scale.stated_lengths import LengthEnds
@@ -96,7 +97,7 @@ def test_point_sigma_follows_the_noise(make_scene: MakeScene) -> None:
 
 
 def test_what_was_filled_counts_by_its_area(evidence: Evidence) -> None:
-    mesh = evidence.mesh
+    mesh = tube(rings=61, spokes=80)
     filled = mesh.vertices_mm[:, 2] > 0.75 * HEIGHT_MM + 1e-6
     found = surface_figures(replace(evidence, mesh=replace(mesh, filled=filled)))
     assert found.filled_share == pytest.approx(0.25, abs=0.01)

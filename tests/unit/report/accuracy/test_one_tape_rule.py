@@ -51,7 +51,7 @@ def client(app_state: AppState, tmp_path: Path) -> Iterator[TestClient]:
 @pytest.fixture(scope="module")
 def limb() -> Mesh:
     """A surface that is sure to 0.2 mm."""
-    limb = make_limb(SMALL.kind, SMALL.seed, 4.0, 60.0).mesh
+    limb = make_limb(SMALL.kind, SMALL.seed, 8.0, 60.0).mesh
     return replace(limb, sigma_mm=np.full(len(limb.vertices_mm), 0.2, np.float32))
 
 
