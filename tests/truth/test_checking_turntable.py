@@ -39,7 +39,6 @@ def whole(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> Captur
     return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
 
 
-@pytest.mark.slow  # `matching/test_still_room` has the room go and the limb stay
 def test_photos_of_a_turning_limb_are_placed_by_the_limb(
     tmp_path: Path, lens_of: Callable[[Capture], Calibration]
 ) -> None:

@@ -51,7 +51,6 @@ def app_on(cases: Path) -> Iterator[tuple["subprocess.Popen[str]", httpx.Client]
         process.wait(20)
 
 
-@pytest.mark.slow
 def test_a_kill_in_mid_upload_and_in_mid_run_loses_nothing(tmp_path: Path) -> None:
     """Nor does the app that is asked to end."""
     cases, photos = tmp_path / "cases", noise(tmp_path, 8)
