@@ -32,7 +32,7 @@ PHOTOS = 14
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     options = CaptureOptions(
-        seed=31, photos=PHOTOS, width_px=600, height_px=400, distance_mm=1190.0,
+        seed=31, photos=PHOTOS, width_px=720, height_px=480, distance_mm=1300.0,
         calibration_photos=0, mesh_step_mm=1.2, samples=2,
     )  # fmt: skip
     return make_capture(tmp_path_factory.mktemp("check") / "capture", options)
@@ -72,7 +72,7 @@ def test_a_good_capture_is_told_to_go(capture: Capture, whole: CaptureCheck) -> 
     assert all(1 < photo.features_per_cm2 < 100 for photo in found.photos)
     assert found.coverage is not None
     assert found.coverage.measured > 0.97
-    pixel_mm = 1190.0 / capture.truth.views[0].camera.fx
+    pixel_mm = 1300.0 / capture.truth.views[0].camera.fx
     assert 0.05 < found.coverage.sigma_middle_mm / pixel_mm < 0.13
     assert f"± {1.96 * found.coverage.sigma_middle_mm:.2f} mm" in told(found.headline)
 
