@@ -26,7 +26,12 @@ from limbgram.core.geometry.lens import (
     with_pose_step,
 )
 from limbgram.core.geometry.triangulation import sampson_jacobian, sampson_px, triangulate
-from limbgram.reconstruction.calibration.adjustment import SHARED, moved, project_board
+from limbgram.reconstruction.calibration.adjustment import (
+    SHARED,
+    board_slopes,
+    moved,
+    project_board,
+)
 from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.bundle_equations import reduce_equations, robust_cost
@@ -165,15 +170,16 @@ def test_a_board_by_lens_shape_and_pose() -> None:
     board = Board.checkerboard("7x5", 20.0).corners_mm
     pose = Rigid.from_rotation_vector(np.array([0.3, -0.4, 0.2]), np.array([-50.0, -40.0, 300.0]))
     shared = np.append(LENS.packed, [0.01, 0.02, 0.03, -0.02, 0.01])
-    exact = project_board(board, board, shared, pose)
+    slopes = board_slopes(board, board)
+    exact = project_board(board, slopes, shared, pose)
     agree(
         exact.by_shared,
-        lambda d: project_board(board, board, shared + d, pose).xy_px,
+        lambda d: project_board(board, slopes, shared + d, pose).xy_px,
         np.append(LENS_STEPS, np.full(SHARED - LENS_SIZE, 1e-3)),
     )
     agree(
         exact.by_pose,
-        lambda d: project_board(board, board, shared, moved(pose, d)).xy_px,
+        lambda d: project_board(board, slopes, shared, moved(pose, d)).xy_px,
         POSE_STEPS,
     )
 

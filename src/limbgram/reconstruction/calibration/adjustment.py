@@ -39,22 +39,21 @@ class Projection(NamedTuple):
 
 def bent_board(corners_mm: Points3, terms: Float64[np.ndarray, "5"], board_mm: Points3) -> Points3:
     """Corners of the board as printed and bent, for the whole board they belong to."""
-    return corners_mm + np.einsum("nit,t->ni", _board_slopes(corners_mm, board_mm), terms)
+    return corners_mm + np.einsum("nit,t->ni", board_slopes(corners_mm, board_mm), terms)
 
 
 def project_board(
     corners_mm: Points3,
-    board_mm: Float64[np.ndarray, "all 3"],
+    slopes: Float64[np.ndarray, "n 3 5"],
     shared: Float64[np.ndarray, " shared"],
     pose: Rigid,
 ) -> Projection:
     """Corners in pixels, with derivatives.
 
     Args:
-        board_mm: All corners of the board: they set the origin and size of its shape's terms.
+        slopes: Of these corners by the terms of the board's shape (`board_slopes`).
         pose: camera_from_board.
     """
-    slopes = _board_slopes(corners_mm, board_mm)
     on_board = corners_mm + slopes @ shared[LENS_SIZE:]
     turned = on_board @ pose.rotation.T
     in_camera = turned + pose.translation
@@ -174,6 +173,7 @@ def adjust(
 
     start = tried(shared, poses)
     shared, poses, equations = minimise(start.state, start.cost, linearised, _DESCENT)
+    slopes = board_slopes(board_mm, board_mm)
     both, cofactors = np.ix_(free, free), np.zeros((SHARED, SHARED))
     cofactors[both] = _inverse(equations.reduced()[0][both])
     return Solution(
@@ -181,7 +181,7 @@ def adjust(
         free=free,
         poses=poses,
         residuals_px=tuple(
-            one.xy_px - project_board(board_mm[one.ids], board_mm, shared, pose).xy_px
+            one.xy_px - project_board(board_mm[one.ids], slopes[one.ids], shared, pose).xy_px
             for one, pose in zip(observations, poses)
         ),
         cofactors=cofactors,
@@ -211,10 +211,14 @@ def scatter(
     return float(np.sqrt(np.median((variance / formal)[lens])))
 
 
-def _board_slopes(
+def board_slopes(
     corners_mm: Points3, board_mm: Float64[np.ndarray, "all 3"]
 ) -> Float64[np.ndarray, "n 3 5"]:
-    """Derivatives of the corners by the board's terms; its shape is linear in them."""
+    """Derivatives of the corners by the board's terms; its shape is linear in them.
+
+    Args:
+        board_mm: All corners of the board: they set the origin and size of its shape's terms.
+    """
     middle = 0.5 * (board_mm.min(axis=0) + board_mm.max(axis=0))
     half_mm = 0.5 * float(np.ptp(board_mm, axis=0).max())
     u, v = ((corners_mm - middle)[:, :2] / half_mm).T
@@ -240,8 +244,9 @@ def _equations(
     cross = np.empty((len(poses), POSE_SIZE, SHARED))
     posed = np.empty((len(poses), POSE_SIZE, POSE_SIZE))
     pose_right = np.empty((len(poses), POSE_SIZE))
+    slopes = board_slopes(board_mm, board_mm)
     for row, (one, pose) in enumerate(zip(observations, poses)):
-        projection = project_board(board_mm[one.ids], board_mm, shared, pose)
+        projection = project_board(board_mm[one.ids], slopes[one.ids], shared, pose)
         a = projection.by_shared.reshape(-1, SHARED)
         b = projection.by_pose.reshape(-1, POSE_SIZE)
         residual = (one.xy_px - projection.xy_px).ravel()

@@ -5,7 +5,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.calibration.adjustment import bent_board, project_board
+from limbgram.reconstruction.calibration.adjustment import bent_board, board_slopes, project_board
 from limbgram.reconstruction.targets.board import Board
 
 BOARD_MM = Board.checkerboard("7x5", 20.0).corners_mm
@@ -21,7 +21,7 @@ UNKNOWNS = np.append(LENS.packed, BEND)
 def test_a_flat_board_projects_as_the_camera_does() -> None:
     shape = bent_board(BOARD_MM, BEND, BOARD_MM)
     np.testing.assert_allclose(
-        project_board(BOARD_MM, BOARD_MM, UNKNOWNS, POSE).xy_px,
+        project_board(BOARD_MM, board_slopes(BOARD_MM, BOARD_MM), UNKNOWNS, POSE).xy_px,
         LENS.project(POSE.apply(shape)),
         atol=1e-10,
     )
