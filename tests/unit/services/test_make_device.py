@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 import pytest
-from tests.unit.workbench.devices.shapes import FOOT_PLACES, make_foot, make_stump
+from tests.unit.workbench.devices.shapes import make_foot, make_stump
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
@@ -22,6 +22,8 @@ from limbgram.services.make_device import MakeDeviceRequest, bed_from, make, pre
 from limbgram.services.parse_text import ZONE
 from limbgram.workbench.devices.device import Fabrication, WallZone
 from limbgram.workbench.devices.order import encode_order, parse_order, read_order
+from limbgram.workbench.frame.landmarks import landmark
+from limbgram.workbench.limb import AlignedLimb
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +120,9 @@ def test_a_zone_of_the_wall_is_as_thick_as_ordered_and_nothing_else_changes(
 ) -> None:
     ask = replace(ASK, values=(("cup_mm", 25.0),), zones=(HEEL_ZONE,), lettering=None)
     layout = preview(foot, ask).layout
-    away_mm = np.linalg.norm(layout.positive.vertices_mm - FOOT_PLACES["heel"], axis=1)
+    assert isinstance(foot.limb, AlignedLimb)
+    heel_mm = foot.limb.landmark_in_limb_mm(landmark(foot.limb, "heel"))
+    away_mm = np.linalg.norm(layout.positive.vertices_mm - heel_mm, axis=1)
     wall_mm = 3.5
     # Ways over the surface are longer than straight ones, by little on a heel.
     assert np.allclose(layout.thickness_mm[away_mm < 13.0], wall_mm + 2.0)
