@@ -52,7 +52,7 @@ def read_girth(text: str) -> tuple[float, float]:
         return math.nan, math.nan
 
 
-def taper_mm(girth_mm: float, beside_mm: Iterable[float]) -> float:
+def taper_beside_mm(girth_mm: float, beside_mm: Iterable[float]) -> float:
     """Change of the girth over the tape's placing error to one side; 0 where no girth is known.
 
     In proportion from the first of `beside_mm` that is a number: the girths at `TAPER_SHARES`.

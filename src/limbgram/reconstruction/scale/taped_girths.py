@@ -22,7 +22,7 @@ from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS, contains_point, cut, outlines_of_limb
-from limbgram.core.tape import PLACING_SIGMA_MM, TAPER_SHARES, tape_sigma_mm, taper_mm
+from limbgram.core.tape import PLACING_SIGMA_MM, TAPER_SHARES, tape_sigma_mm, taper_beside_mm
 from limbgram.findings import Finding
 from limbgram.reconstruction.scale.stated_lengths import TapedGirth
 
@@ -119,11 +119,11 @@ def _at_height(
     girth_mm, *near_mm = _girths(mesh, axis, centre + off_mm)
     if not np.isfinite(girth_mm):
         raise MeasureError("scale.tape.no_girth", height_mm=height_mm)
-    most_mm = max(taper_mm(girth_mm, one) for one in np.reshape(near_mm, (2, -1)))
+    taper_mm = max(taper_beside_mm(girth_mm, one) for one in np.reshape(near_mm, (2, -1)))
     return TapeWitness(
         taped=taped,
         measured_mm=float(girth_mm),
-        sigma_mm=tape_sigma_mm(taped.sigma_mm, most_mm),
+        sigma_mm=tape_sigma_mm(taped.sigma_mm, taper_mm),
         plane=TapePlane(axis, centre),
     )
 

@@ -19,7 +19,7 @@ from limbgram.core.interval import COVER, HOLDS
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table, heading
-from limbgram.core.tape import PLACING_SIGMA_MM, TAPER_SHARES, taper_mm
+from limbgram.core.tape import PLACING_SIGMA_MM, TAPER_SHARES, taper_beside_mm
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import SeparateBody, outer_bodies
@@ -454,4 +454,4 @@ def _taper_mm(sigmas: Sigmas, level: Level, way: float, through_mm: tuple[float,
     steps_mm = [way * PLACING_SIGMA_MM * share for share in TAPER_SHARES]
     near = levels_at(sigmas.mesh, [level.height_mm + step for step in steps_mm], through_mm)
     beside_mm = (math.nan if isinstance(one, Refused) else tape_mm(one).value for one in near)
-    return taper_mm(tape_mm(level).value, beside_mm)
+    return taper_beside_mm(tape_mm(level).value, beside_mm)

@@ -262,9 +262,7 @@ def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplaySta
             places[name] = places.get(name, 0.0) + moved_mm
     if effect.at_place is not None:
         reach_mm = depths_from_start(reached.start.mesh, limb.mesh, after.mesh)
-    moved = None
-    if effect.reports_displacement:
-        moved = displacement_between(limb.mesh, after.mesh)
+    moved = displacement_between(limb.mesh, after.mesh) if effect.reports_displacement else None
     becomes = effect.volume == "becomes"
     is_wall = becomes or reached.limb is not reached.positive.limb
     line = Line(
