@@ -85,7 +85,7 @@ class Clearance:
 
     def moved_to_thickness(self, points_mm: Points3, faces: Int32[np.ndarray, "k 3"]) -> Points3:
         """Points moved to the wall's thickness from the skin, and then away from it where the
-        centres of their faces are too near."""
+        centres of their faces, or the middles of their edges, are too near."""
         for _ in range(_MOVE_ROUNDS):
             points_mm = self._moved_to_distance(points_mm)
         for _ in range(_CHORD_ROUNDS):
@@ -98,12 +98,13 @@ class Clearance:
         return nearest.points_mm + (points_mm - nearest.points_mm) * self.thickness_mm / size
 
     def _with_chords_clear(self, points_mm: Points3, faces: Int32[np.ndarray, "k 3"]) -> Points3:
-        middles = points_mm[faces].mean(1)
-        nearest = self.tree.closest(middles)
-        lacking_mm = np.maximum(self.thickness_mm - nearest.distances_mm, 0.0)
-        away = unit(middles - nearest.points_mm)
         most_mm, step = np.zeros(len(points_mm)), np.zeros_like(points_mm)
-        for corner in range(3):
-            np.maximum.at(most_mm, faces[:, corner], lacking_mm)
-            np.add.at(step, faces[:, corner], lacking_mm[:, None] * away)
+        for chords in (faces, find_edges(faces).ends):
+            middles = points_mm[chords].mean(1)
+            nearest = self.tree.closest(middles)
+            lacking_mm = np.maximum(self.thickness_mm - nearest.distances_mm, 0.0)
+            away = unit(middles - nearest.points_mm)
+            for corners in chords.T:
+                np.maximum.at(most_mm, corners, lacking_mm)
+                np.add.at(step, corners, lacking_mm[:, None] * away)
         return points_mm + most_mm[:, None] * unit(step)
