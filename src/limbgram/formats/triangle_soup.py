@@ -2,7 +2,8 @@
 
 In      triangles or polygons as a reader found them.
 Out     a Mesh: finite, valid indices, consistent winding, normals outward, edge-manifold.
-Method  no triangle moves: where sheets meet at an edge, vertices are duplicated.
+Method  no triangle moves: where sheets meet at an edge, vertices are duplicated; where two open
+        sides lie on each other, as at the seams of textures and shading, their ends are merged.
 Fails   ShapeFileError: no surface, coordinates that are no numbers, invalid indices, or triangles
         that lie side by side without shared corners.
 """
@@ -11,19 +12,21 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64
+from jaxtyping import Bool, Float64, Int32, Int64
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import ContentError
-from limbgram.core.geometry.arrays import Faces
+from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
+    components,
     find_edges,
     half_edges,
     is_edge_manifold,
+    number_pairs,
     split_nonmanifold_vertices,
     volume_mm3,
     with_faces,
@@ -66,13 +69,28 @@ class Sound:
 
 def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
     """A mesh of loose triangles; corners with equal coordinates become one vertex."""
-    places = corners.reshape(-1, 3) + 0.0  # takes the sign off zero
-    order = np.lexsort(places.T)
-    apart = np.ones(len(places), np.bool_)
-    apart[1:] = (places[order[1:]] != places[order[:-1]]).any(1)
-    vertex_of = np.empty(len(places), np.int32)
-    vertex_of[order] = np.cumsum(apart) - 1
-    return Mesh(vertices_mm=places[order[apart]], faces=vertex_of.reshape(-1, 3))
+    merged = _merged(corners.reshape(-1, 3))
+    return Mesh(vertices_mm=merged.places, faces=merged.number.reshape(-1, 3))
+
+
+@dataclass(frozen=True)
+class _Merged:
+    """Points without repetitions."""
+
+    places: Points3
+    """Each once."""
+    number: Int32[np.ndarray, " k"]
+    """Which of them each given point is."""
+
+
+def _merged(points: Float64[np.ndarray, "k 3"]) -> _Merged:
+    points = points + 0.0  # takes the sign off zero
+    order = np.lexsort(points.T)
+    apart = np.ones(len(points), np.bool_)
+    apart[1:] = (points[order[1:]] != points[order[:-1]]).any(1)
+    number = np.empty(len(points), np.int32)
+    number[order] = np.cumsum(apart) - 1
+    return _Merged(points[order[apart]], number)
 
 
 def fans_of(polygons: list[list[int]]) -> Faces:
@@ -117,7 +135,7 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
             triangles that share no corners.
     """
     _check(mesh, name)
-    faces = drop_degenerate_and_duplicate(mesh.vertices_mm, mesh.faces)
+    faces = _sewn(mesh, drop_degenerate_and_duplicate(mesh.vertices_mm, mesh.faces))
     if not len(faces):
         raise ShapeFileError("file.no_area", name=name)
     _require_joined(faces, name)
@@ -158,6 +176,30 @@ def _check(mesh: Mesh, name: str) -> None:
         raise ShapeFileError(
             "file.vertices_without_place", name=name, bad=bad, vertices=len(mesh.vertices_mm)
         )
+
+
+def _sewn(mesh: Mesh, faces: Faces) -> Faces:
+    """The faces with one edge where two open sides lie on each other.
+
+    Formats with one normal or texture place a vertex have several vertices along a seam.
+    """
+    border = boundary_half_edges(faces)
+    ends = np.unique(border)
+    merged = _merged(mesh.vertices_mm[ends])
+    if len(merged.places) == len(ends):
+        return faces
+    place_of = np.zeros(len(mesh), np.int32)
+    place_of[ends] = merged.number
+    tails, heads = place_of[border].T
+    pairs = number_pairs(np.minimum(tails, heads), np.maximum(tails, heads))
+    first = pairs.starts[:-1][np.diff(pairs.starts) == 2]
+    one, two = pairs.order[first], pairs.order[first + 1]
+    opposite = (tails[one] == heads[two])[:, None]
+    joined = np.where(opposite, border[two][:, ::-1], border[two])
+    links = np.stack([border[one], joined], axis=-1).reshape(-1, 2)
+    label = components(links.astype(np.int64), len(mesh))
+    _, kept = np.unique(label, return_index=True)
+    return drop_degenerate_and_duplicate(mesh.vertices_mm, kept[label[faces]].astype(np.int32))
 
 
 def _require_joined(faces: Faces, name: str) -> None:

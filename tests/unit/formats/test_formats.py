@@ -11,10 +11,12 @@ from scipy.spatial import KDTree
 from limbgram.cli.export import KINDS
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import (
     boundary_loops,
     is_edge_manifold,
     is_vertex_manifold,
+    split_nonmanifold_vertices,
     volume_mm3,
 )
 from limbgram.findings import told
@@ -86,12 +88,21 @@ def obj() -> bytes:
     return "\n".join(lines).encode()
 
 
+def flat_shaded(kind: str) -> bytes:
+    """Every triangle has three vertices of its own, as programs write a surface without shading."""
+    corners = VERTICES[FACES].reshape(-1, 3) / (1000.0 if kind == "glb" else 1.0)
+    loose = trimesh.Trimesh(corners, np.arange(3 * len(FACES)).reshape(-1, 3), process=False)
+    return bytes(loose.export(file_type=kind))
+
+
 CONTENTS = {
     "a.stl": ascii_stl(),
     "b.STL": binary_stl(),
     "c.ply": ascii_ply(),
     "d.ply": big_endian_ply(),
     "e.obj": obj(),
+    "f.glb": flat_shaded("glb"),
+    "g.ply": flat_shaded("ply"),
 }
 
 
@@ -105,6 +116,41 @@ def test_a_foreign_box_is_a_box(tmp_path: Path, name: str) -> None:
     assert volume_mm3(limb.mesh) == pytest.approx(VOLUME, rel=1e-6)
     assert limb.name == name
     assert not isinstance(limb, AlignedLimb)
+
+
+def test_a_seam_of_the_texture_opens_no_section(tmp_path: Path) -> None:
+    turn = np.append(np.linspace(0, 2 * np.pi, 72, endpoint=False), 0.0)  # the seam stands twice
+    x, y = 0.05 * np.cos(turn), 0.05 * np.sin(turn)
+    rings = [np.column_stack([x, np.full(73, height), -y]) for height in (0.0, 0.1, 0.2)]
+    here = (73 * np.arange(2)[:, None] + np.arange(72)).ravel()
+    faces = np.concatenate(
+        [
+            np.column_stack([here, here + 1, here + 74]),
+            np.column_stack([here, here + 74, here + 73]),
+        ]
+    )
+    tube = trimesh.Trimesh(np.concatenate(rings), faces, process=False)
+    (tmp_path / "tube.glb").write_bytes(bytes(tube.export(file_type="glb")))
+    mesh = read_limb(tmp_path / "tube.glb").mesh
+    assert len(mesh) == 3 * 72
+    (section,) = cut(mesh, [50.0])
+    assert section.closed
+    assert section.length_mm == pytest.approx(72 * 100 * np.sin(np.pi / 72), rel=1e-6)
+
+
+def test_sheets_that_meet_at_an_edge_stay_apart(tmp_path: Path) -> None:
+    """Four open sides at one place: no two of them belong together."""
+    places = np.array([
+        (0, 0, 0), (0, 0, 100), (80, 0, 50), (-80, 0, 50), (0, 80, 50), (0, -80, 50)
+    ], float)  # fmt: skip
+    mesh = Mesh(
+        vertices_mm=places,
+        faces=np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4], [1, 0, 5]], np.int32),
+    )
+    whole = split_nonmanifold_vertices(mesh)
+    assert len(whole) == 12
+    read = read_limb(write_limb(Limb(mesh=whole), tmp_path / "sheets.ply")).mesh
+    np.testing.assert_array_equal(read.faces, whole.faces)
 
 
 @pytest.mark.parametrize("name", [name for name in CONTENTS if name != "e.obj"])
