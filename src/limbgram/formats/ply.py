@@ -145,8 +145,8 @@ def write_cloud_ply(cloud: Cloud, path: Path, unit: Unit, *, unscaled: bool = Fa
 def _header(head: bytes) -> _Header:
     order: str | None = None
     elements: list[_Element] = []
-    lines = head.decode("latin-1").splitlines()
-    if not lines or lines[0].strip() != "ply":
+    lines = _header_lines(head)
+    if lines[0].strip() != "ply":
         raise ContentError("file.ply.beginning")
     for line in lines[1:]:
         match line.split():
@@ -169,6 +169,11 @@ def _header(head: bytes) -> _Header:
     if order is None:
         raise ContentError("file.ply.order")
     return _Header(order, elements)
+
+
+def _header_lines(head: bytes) -> list[str]:
+    """The header's lines; comments may have letters of any encoding."""
+    return re.split(r"\r\n|\r|\n", head.decode("latin-1"))
 
 
 def _counted(word: str) -> int:
@@ -355,7 +360,7 @@ def _columns_of(one: VertexField, names: tuple[str, ...]) -> list[str]:
 
 def _correlation(head: bytes) -> float | None:
     """The correlation length in a comment written by this program."""
-    for line in head.decode("latin-1").splitlines():
+    for line in _header_lines(head):
         match line.split():
             case ["comment", "sigma", "is", "alike", "over:", length]:
                 value = float(length)

@@ -357,3 +357,10 @@ def test_a_cut_off_stl_still_says_how_much_is_missing(tmp_path: Path) -> None:
     path.write_bytes(bytes(80) + struct.pack("<I", 12) + bytes(3 * 50))
     with pytest.raises(ShapeFileError, match="promises 12 triangles and there is room for 3"):
         read_limb(path)
+
+
+@pytest.mark.parametrize("comment", ["TextureFile Åse.png".encode(), b"left leg \x85 cast"])
+def test_a_ply_comment_may_be_in_any_encoding(tmp_path: Path, comment: bytes) -> None:
+    content = ascii_ply().replace(b"element vertex", b"comment " + comment + b"\r\nelement vertex")
+    (tmp_path / "a.ply").write_bytes(content)
+    assert len(read_limb(tmp_path / "a.ply").mesh) == 8
