@@ -222,7 +222,10 @@ class _Archive:
                 for below in reversed(found.uses)
             ]
             own = np.array(found.places, np.float64).reshape(-1, 3)
-            corners = np.array(found.corners, np.int64).reshape(-1, 3)
+            try:
+                corners = np.array(found.corners, np.int64).reshape(-1, 3)
+            except OverflowError as error:
+                raise ContentError("file.face.vertex") from error
             if len(corners) and not 0 <= corners.min() <= corners.max() < len(own):
                 raise ContentError("file.face.vertex")
             if np.linalg.det(transform[:3]) < 0:
@@ -289,6 +292,8 @@ def _read_part(content: bytes) -> _Part:
                     raise ContentError("file.3mf.twice", number=given["id"][:40])
                 part.objects[given["id"]] = made
                 now[:] = [made]
+            case "vertex" | "triangle" | "component" if not now:
+                raise ContentError("file.3mf.outside")
             case "vertex":
                 now[0].places += (float(given["x"]), float(given["y"]), float(given["z"]))
             case "triangle":

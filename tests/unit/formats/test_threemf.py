@@ -29,6 +29,7 @@ OBJECT = (
 )
 
 BEYOND = OBJECT.replace('v1="', 'v1="9', 1)
+FAR_BEYOND = OBJECT.replace('v1="', f'v1="{2**70}', 1)
 
 
 def archive(model: str, **others: str) -> bytes:
@@ -142,6 +143,11 @@ def test_parts_beside_the_first_are_read() -> None:
             ),
             "file.face.vertex",
         ),
+        (
+            archive(model(f'<object id="1">{FAR_BEYOND}</object>', '<item objectid="1"/>')),
+            "file.face.vertex",
+        ),
+        (archive(model(OBJECT, '<item objectid="1"/>')), "file.3mf.outside"),
         (b"PK\x03\x04 cut off", None),
     ],
 )
