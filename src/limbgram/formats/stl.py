@@ -43,7 +43,8 @@ def read_stl(content: bytes, name: str) -> Soup:
     count = (
         int.from_bytes(content[80:_HEADER_BYTES], "little") if len(content) >= _HEADER_BYTES else -1
     )
-    if count >= 0 and len(content) == _HEADER_BYTES + count * _RECORD.itemsize:
+    beyond = len(content) - _HEADER_BYTES - count * _RECORD.itemsize
+    if count >= 0 and not beyond:
         records = np.frombuffer(content, _RECORD, offset=_HEADER_BYTES)
         corners = records["corners"].astype(np.float64)
         return Soup(mesh=triangles_merged(corners), stated_unit=stated_unit(content[:80]))
@@ -51,6 +52,8 @@ def read_stl(content: bytes, name: str) -> Soup:
         return Soup(mesh=triangles_merged(_text(content, name)))
     if len(content) < _HEADER_BYTES or b"\0" not in content:
         raise ShapeFileError("file.stl.other", name=name, bytes=len(content))
+    if count > 0 and beyond > 0:
+        raise ShapeFileError("file.stl.longer", name=name, triangles=count, bytes=beyond)
     fitting = (len(content) - _HEADER_BYTES) // _RECORD.itemsize
     raise ShapeFileError("file.stl.cut", name=name, promised=max(count, 0), room=max(fitting, 0))
 

@@ -434,3 +434,9 @@ def test_triangles_that_share_no_corners_are_refused_and_not_called_a_brim(tmp_p
 
 def test_a_surface_with_some_triangles_apart_is_read(tmp_path: Path) -> None:
     assert len(read(tmp_path, "a.stl", _with_corners_apart(0.1)).mesh.faces) > 1100
+
+
+def test_an_stl_with_bytes_behind_its_triangles_is_not_said_to_be_cut_off(tmp_path: Path) -> None:
+    with pytest.raises(ShapeFileError, match="2 bytes stand behind the 12 triangles") as refused:
+        read(tmp_path, "a.stl", bytes(BOX.export(file_type="stl")) + b"\0\0")
+    assert refused.value.finding.code == "file.stl.longer"
