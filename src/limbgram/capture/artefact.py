@@ -150,7 +150,7 @@ def read_artefact(path: Path) -> Artefact:
         if path.suffix.lower() == ".json":
             tree = json_of(content)
         else:
-            tree = toml_of(content.decode("utf-8"))
+            tree = toml_of(content)
         file = value_of(tree, _File, "the file")
         fault = next(_file_faults(file), None)
     except ValueError as error:

@@ -31,7 +31,7 @@ from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
-from limbgram.core.files import json_of, read_content, write_bytes, written_whole
+from limbgram.core.files import json_of, read_content, without_mark, write_bytes, written_whole
 from limbgram.core.typed import tree_of
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.reading import ShapeFile, read_shape
@@ -284,7 +284,7 @@ class Workspace:
             return Recipe(name=self.case.case_id, scan_sha256=file_sha256(self.scan_file()))
         content = read_content(self.recipe_file, _LARGEST_BYTES, CaseError)
         try:
-            text = content.decode("utf-8")
+            text = without_mark(content).decode("utf-8")
         except UnicodeDecodeError as error:
             raise unreadable(self.recipe_file, "recipe") from error
         return parse_recipe(text, self.recipe_file.name)

@@ -8,6 +8,7 @@ A file is written to a temporary name beside its place (hash of the name, proces
 `part`), synced, read back where its content is known, and then renamed.
 """
 
+import codecs
 import errno
 import hashlib
 import itertools
@@ -111,6 +112,11 @@ def toml_of(text: str | bytes) -> dict[str, Any]:
         raise ContentError("file.tree.deep") from error
     _require_plain(tree, numbers_only=False)
     return tree
+
+
+def without_mark(content: bytes) -> bytes:
+    """The bytes of a text without the byte order mark that some editors put before it."""
+    return content.removeprefix(codecs.BOM_UTF8)
 
 
 def write_file(

@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.core.errors import ShapeFileError, reason_of
-from limbgram.core.files import ContentError, other, require, write_file
+from limbgram.core.files import ContentError, other, require, without_mark, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, note
@@ -51,6 +51,7 @@ _LANDMARK_LINES = (
 
 def read_obj(content: bytes, name: str) -> Soup:
     """The surface of all objects and groups of the file as one."""
+    content = without_mark(content)
     try:
         surface, marks = _split_landmarks(content)
         lines = _lines(surface)

@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Shaped
 
 from limbgram.core.errors import ExportError, ShapeFileError, reason_of
-from limbgram.core.files import ContentError, other, other_count, require, write_file
+from limbgram.core.files import ContentError, other, other_count, require, without_mark, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import VERTEX_FIELDS, Cloud, Mesh
 from limbgram.core.mesh.vertex_fields import VertexField
@@ -75,7 +75,7 @@ class _Header:
 
 def read_ply(content: bytes, name: str) -> Soup:
     """The surface with colours, filled marks and sigmas where the file has them."""
-    head, mark, body = content.partition(b"end_header")
+    head, mark, body = without_mark(content).partition(b"end_header")
     try:
         if not mark:
             raise ContentError("file.ply.header_without_end")

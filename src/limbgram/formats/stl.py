@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.core.errors import ShapeFileError, reason_of
-from limbgram.core.files import write_file
+from limbgram.core.files import without_mark, write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup, triangles_merged
@@ -48,8 +48,9 @@ def read_stl(content: bytes, name: str) -> Soup:
         records = np.frombuffer(content, _RECORD, offset=_HEADER_BYTES)
         corners = records["corners"].astype(np.float64)
         return Soup(mesh=triangles_merged(corners), stated_unit=stated_unit(content[:80]))
-    if content[:512].lstrip()[:5].lower() == b"solid":
-        return Soup(mesh=triangles_merged(_text(content, name)))
+    text = without_mark(content)
+    if text[:512].lstrip()[:5].lower() == b"solid":
+        return Soup(mesh=triangles_merged(_text(text, name)))
     if len(content) < _HEADER_BYTES or b"\0" not in content:
         raise ShapeFileError("file.stl.other", name=name, bytes=len(content))
     if count > 0 and beyond > 0:

@@ -35,7 +35,9 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_a_file_is_read(tmp_path: Path) -> None:
-    found = read_artefact(written(tmp_path, GOOD))
+    path = written(tmp_path, GOOD)
+    path.write_text(GOOD, "utf-8-sig")  # an editor's byte order mark
+    found = read_artefact(path)
     assert [one.diameter_mm for one in found.spheres] == [50.012, 50.009]
     assert [one.name for one in found.spacings] == ["A to B"]
     assert [one.mark_ids for one in found.between_marks] == [(7, 9)]

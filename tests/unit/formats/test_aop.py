@@ -1,5 +1,6 @@
 """AOP: numbers known beforehand, every form of the grammar, and every way in which it is broken."""
 
+import codecs
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -94,6 +95,10 @@ def test_lines_may_end_in_any_way(tmp_path: Path, end: str, suffix: str) -> None
 def test_line_ends_may_be_mixed() -> None:
     content = tiny().replace(b"\n", b"\r", 4).replace(b"\n", b"\r\n", 6)
     assert read_aop(content, "mixed.aop").radius_map.radii_mm.shape == (3, 4)
+
+
+def test_an_editors_byte_order_mark_is_no_damage() -> None:
+    assert read_aop(codecs.BOM_UTF8 + tiny(), "a.aop").radius_map.radii_mm.shape == (3, 4)
 
 
 def test_names_with_blanks_lines_of_points_and_no_side() -> None:

@@ -1,5 +1,6 @@
 """Damaged files are refused: a surface with faces missing never looks whole."""
 
+import codecs
 import json
 import struct
 import tracemalloc
@@ -76,6 +77,9 @@ def test_whole_they_are_read(tmp_path: Path, name: str, content: str) -> None:
     # Ends of lines and blanks are nobody's damage.
     again = read(tmp_path, name, content.replace("\n", "\r\n").replace(" ", "  "))
     np.testing.assert_array_equal(again.mesh.faces, limb.mesh.faces)
+    # Nor is the byte order mark of an editor.
+    marked = read(tmp_path, name, codecs.BOM_UTF8 + content.encode())
+    np.testing.assert_array_equal(marked.mesh.vertices_mm, limb.mesh.vertices_mm)
 
 
 DAMAGE = {

@@ -338,6 +338,9 @@ def test_a_machine_file_comes_back_as_it_was(tmp_path: Path) -> None:
     text = path.read_text()
     assert "to_mm" not in text, "what belongs to one job stays out"
     assert write_machine(read_machine(path), tmp_path / "again.toml").read_text() == text
+    path.write_text(text, "utf-8-sig")  # as an editor may save it
+    assert read_machine(path) == MACHINE
+    assert write_machine(MACHINE, path).read_text() == text
     part = tmp_path / "part.toml"
     part.write_text('format = "limbgram machine"\nversion = 1\n[carving]\nplunge_mm_min = 333\n')
     assert read_machine(part).carving == CarveOptions(plunge_mm_min=333.0)

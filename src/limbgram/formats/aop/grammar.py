@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import without_mark
 from limbgram.findings import Finding, fault, note
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.limb import Side
@@ -57,7 +58,7 @@ def parse_aop(content: bytes, name: str) -> AopFile:
     """
     if len(content) > _LARGEST_BYTES:
         raise ShapeFileError("aop.large", name=name, most_mb=_LARGEST_BYTES >> 20)
-    lines = _Lines(re.split(r"\r\n|\r|\n", content.decode("latin-1")), name)
+    lines = _Lines(re.split(r"\r\n|\r|\n", without_mark(content).decode("latin-1")), name)
     mark = fault("aop.mark")
     if not lines.take(mark).upper().startswith("AAOP"):
         raise lines.error(mark)

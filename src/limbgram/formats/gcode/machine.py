@@ -5,11 +5,12 @@ row). Reading is strict: an unknown name, a wrong type or a value out of range i
 an ignored rate would damage the blank.
 """
 
+import codecs
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from limbgram.core.errors import OptionsError, reason_of
-from limbgram.core.files import ContentError, read_content, toml_of, write_bytes
+from limbgram.core.files import ContentError, read_content, toml_of, without_mark, write_bytes
 from limbgram.core.typed import value_of
 from limbgram.findings import note
 from limbgram.formats.gcode.control import Control, check_control
@@ -61,7 +62,8 @@ def require_place(path: Path) -> None:
         return
     try:
         with path.open("rb") as stream:
-            ours = stream.read(len(_FIRST_LINE)) == _FIRST_LINE
+            begin = stream.read(len(codecs.BOM_UTF8) + len(_FIRST_LINE))
+            ours = without_mark(begin).startswith(_FIRST_LINE)
     except OSError:
         ours = False
     if not ours:
@@ -77,7 +79,7 @@ def read_machine(path: Path | str) -> Machine:
     path = Path(path)
     content = read_content(path, _LARGEST_BYTES, OptionsError, note("carver.file.name_it"))
     try:
-        tree = toml_of(content.decode("utf-8"))
+        tree = toml_of(content)
     except ValueError as error:  # no UTF-8, or no TOML
         raise OptionsError("carver.file.unread", name=path.name, why=reason_of(error)) from error
     unknown = set(tree) - {"format", "version", "control", "carving"}
