@@ -29,6 +29,10 @@ class Reading:
     drawn_mm: float
     measured_mm: float
 
+    def __post_init__(self) -> None:
+        if not self.drawn_mm > 0:
+            raise OptionsError("file.print.no_length", drawn_mm=self.drawn_mm)
+
     @property
     def growth(self) -> float:
         """True size over drawn size."""

@@ -82,6 +82,7 @@ def test_a_print_that_cannot_serve_is_refused(
         ({"version": 2}, "version 2"),
         ({"colour": "red"}, "colour"),
         ({"printed": {"across": {"drawn_mm": 250, "measured_mm": 25}}}, "100 %"),
+        ({"printed": {"across": {"drawn_mm": 0, "measured_mm": 250}}}, "tells no size"),
         ({"dictionary": "9X9"}, "9X9"),
     ],
 )
