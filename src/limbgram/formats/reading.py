@@ -38,7 +38,8 @@ class ShapeFile:
     limb: Limb
     sha256: str
     mm_per_unit: float
-    """Millimetres in one unit of the file."""
+    """Millimetres in one unit of the file; 1 for a file in the unit that it states itself, if its
+    reader converts it, as that of 3MF does."""
     declared: LimbFrame | None = None
     """Side, front and proximal end that the shape's own file states, as an AOP does; not those of
     its limb file."""
@@ -151,16 +152,17 @@ def _content(path: Path) -> bytes:
 
 
 def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: str) -> float | None:
-    """Millimetres in one unit of the file; None if neither file nor caller states it."""
+    """Millimetres in one unit of the soup; None if neither file nor caller states it."""
     if asked is not None:
-        if record is not None and abs(record.mm_per_unit / asked - 1) > 1e-9:
+        factor = asked / soup.converted_by
+        if record is not None and abs(record.mm_per_unit / factor - 1) > 1e-9:
             raise ShapeFileError(
                 "file.limb.other_unit",
                 name=name,
-                mm_per_unit=record.mm_per_unit,
+                mm_per_unit=record.mm_per_unit * soup.converted_by,
                 asked_mm_per_unit=asked,
             )
-        return asked
+        return factor
     if record is not None:
         return record.mm_per_unit
     if soup.stated_unit == "unitless":

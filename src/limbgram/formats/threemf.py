@@ -121,10 +121,11 @@ def read_3mf(content: bytes, name: str) -> Soup:
 
     try:
         with damaged_zip_refused(damaged):
-            mesh = _Archive(content).built()
+            archive = _Archive(content)
+            mesh = archive.built()
     except (ContentError, expat.ExpatError, ValueError, KeyError, RuntimeError) as error:
         raise damaged(error) from error  # a RuntimeError where a password is asked for
-    return Soup(mesh=mesh, stated_unit="mm")
+    return Soup(mesh=mesh, stated_unit="mm", converted_by=archive.mm_per_unit)
 
 
 def _model(mesh: Mesh, told: Told) -> bytes:
@@ -197,6 +198,10 @@ class _Archive:
         self._parts: dict[str, _Part] = {}
         self._start = self._first()
 
+    @property
+    def mm_per_unit(self) -> float:
+        return self._part(self._start).mm_per_unit
+
     def built(self) -> Mesh:
         """The surface of all build items."""
         start = self._part(self._start)
@@ -235,7 +240,7 @@ class _Archive:
             count += len(own)
         if not sum(map(len, faces)):
             raise ContentError("file.3mf.empty")
-        vertices = np.concatenate(places) * start.mm_per_unit
+        vertices = np.concatenate(places) * self.mm_per_unit
         return Mesh(vertices_mm=vertices, faces=np.concatenate(faces).astype(np.int32))
 
     def _first(self) -> str:

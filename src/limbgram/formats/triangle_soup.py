@@ -48,9 +48,11 @@ class Soup:
     """The unchecked triangles of a file, with what else it holds."""
 
     mesh: Mesh
-    """In the file's unit, unchecked."""
+    """In the file's unit, unless that was converted; unchecked."""
     stated_unit: str | None = None
     """The unit that the file states: "mm", "m", "unitless"; None without one."""
+    converted_by: float = 1.0
+    """Millimetres in one unit of the file, where the reader has multiplied by them already."""
     landmarks: tuple[Landmark, ...] = ()
     frame: LimbFrame | None = None
     grid: Grid | None = None

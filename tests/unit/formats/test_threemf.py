@@ -14,6 +14,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.formats.reading import read_limb
 from limbgram.formats.threemf import Told, read_3mf, write_3mf
 
 BOX = trimesh.creation.box((100.0, 80.0, 200.0))
@@ -82,6 +83,17 @@ def test_units_of_other_programs_become_millimetres(unit: str, mm: float) -> Non
     content = archive(model(f'<object id="1">{OBJECT}</object>', build, f'unit="{unit}"'))
     read = read_3mf(content, "a").mesh
     np.testing.assert_allclose(volume_mm3(read), 1.6e6 * mm**3, rtol=1e-9)
+
+
+@pytest.mark.parametrize("said_mm", [None, 25.4])
+def test_who_says_the_files_own_unit_does_not_convert_it_twice(
+    tmp_path: Path, said_mm: float | None
+) -> None:
+    build = '<item objectid="1" transform="0.025 0 0 0 0.025 0 0 0 0.025 0 0 0"/>'
+    content = archive(model(f'<object id="1">{OBJECT}</object>', build, 'unit="inch"'))
+    (tmp_path / "arm.3mf").write_bytes(content)
+    limb = read_limb(tmp_path / "arm.3mf", said_mm)
+    np.testing.assert_allclose(np.ptp(limb.mesh.vertices_mm, axis=0), [63.5, 50.8, 127.0])
 
 
 def test_components_are_placed_and_a_mirrored_one_stays_outward() -> None:
