@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+from jaxtyping import UInt8
 
 from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, other, require, without_mark, write_file
@@ -36,7 +37,7 @@ _IGNORED_KEYWORDS = frozenset(
 )
 """Keywords of the format (Wavefront, appendix B1) that do not change a surface of triangles."""
 _MOST_VERTEX_NUMBERS = 7
-"""Of a vertex: coordinates, a weight and a colour."""
+"""Of a vertex: coordinates, a colour and its opacity."""
 _TOLERANCE = 1e-6
 _ROWS_PER_BLOCK = 10_000
 _Y = 1
@@ -63,7 +64,7 @@ def read_obj(content: bytes, name: str) -> Soup:
         raise ShapeFileError("file.obj.empty", name=name)
     colours = None
     if places.shape[1] in (6, 7):
-        colours = np.rint(np.clip(places[:, 3:6], 0, 1) * 255).astype(np.uint8)
+        colours = _colours(places[:, 3:6])
     mesh = Mesh(vertices_mm=places[:, :3].copy(), faces=faces, colours=colours)
     ours = stated_unit(content[:200])
     return Soup(
@@ -116,6 +117,13 @@ def _one_line(name: str) -> str:
     """A landmark's name that a line of the file can hold."""
     plain = " ".join(name.split()).encode()[:_LONGEST_NAME_BYTES].decode(errors="ignore")
     return plain.strip() or "unnamed"
+
+
+def _colours(values: np.ndarray) -> UInt8[np.ndarray, "n 3"]:
+    """Colours of values from 0 to 1; some programs write whole numbers up to 255."""
+    counted = values.max() > 1 and (values == np.floor(values)).all()
+    share = values / 255 if counted else values
+    return np.rint(np.clip(share, 0, 1) * 255).astype(np.uint8)
 
 
 def _y_up_note(mesh: Mesh) -> tuple[Finding, ...]:

@@ -364,3 +364,13 @@ def test_a_ply_comment_may_be_in_any_encoding(tmp_path: Path, comment: bytes) ->
     content = ascii_ply().replace(b"element vertex", b"comment " + comment + b"\r\nelement vertex")
     (tmp_path / "a.ply").write_bytes(content)
     assert len(read_limb(tmp_path / "a.ply").mesh) == 8
+
+
+@pytest.mark.parametrize("one", ["128 64 255", "0.501961 0.25098 1", "0.501961 0.25098 1 0.5"])
+def test_colours_of_an_obj_may_be_shares_or_whole_numbers(tmp_path: Path, one: str) -> None:
+    lines = [f"v {x} {y} {z} {one}" for x, y, z in VERTICES]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in FACES]
+    (tmp_path / "a.obj").write_text("\n".join(lines))
+    colours = read_limb(tmp_path / "a.obj").mesh.colours
+    assert colours is not None
+    assert np.unique(colours, axis=0).tolist() == [[128, 64, 255]]
