@@ -9,7 +9,14 @@ from limbgram.core.files import other, require, write_bytes
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.reading import read_mesh
-from limbgram.formats.sidecar import LimbRecord, encode_record, hash_of, limb_file_for, read_record
+from limbgram.formats.sidecar import (
+    LimbRecord,
+    encode_record,
+    hash_of,
+    limb_file_for,
+    read_record,
+    require_usable_names,
+)
 from limbgram.formats.table import FORMATS, format_of
 from limbgram.workbench.limb import Limb
 
@@ -27,6 +34,7 @@ def write_limb(limb: Limb, path: Path | str) -> Path:
     if kind is None or kind.write is None or not kind.holds_limbs:
         known = tuple(one.name.upper() for one in FORMATS if one.holds_limbs)
         raise ExportError("export.limb.kind", name=path.name, known=known)
+    require_usable_names(limb)
     if kind.write_marked is not None and limb.landmarks:
         written = kind.write_marked(limb.mesh, path, limb.landmarks)
     else:
@@ -48,6 +56,7 @@ def write_limb_file(
     Raises:
         ExportError: that file does not hold this limb's mesh.
     """
+    require_usable_names(limb)
     mesh_path = Path(mesh_path)
     mesh_hash = hash_of(mesh_path.read_bytes())
     if sha256 is not None and sha256 != mesh_hash:

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from limbgram.core.errors import ShapeFileError, reason_of
+from limbgram.core.errors import ExportError, ShapeFileError, reason_of
 from limbgram.core.files import ContentError, json_of, read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.typed import Strictness, value_of
@@ -167,6 +167,23 @@ def hash_of(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
+def require_usable_names(limb: Limb) -> None:
+    """Refuse landmarks by whose names no limb file could be read.
+
+    Raises:
+        ExportError: a name is empty, too long, or has letters that cannot be printed.
+    """
+    for mark in limb.landmarks:
+        if not _is_usable(mark.name):
+            raise ExportError(
+                "export.limb.landmark_name", landmark=mark.name[:_LONGEST_NAME], most=_LONGEST_NAME
+            )
+
+
+def _is_usable(name: str) -> bool:
+    return 0 < len(name) <= _LONGEST_NAME and name.isprintable()
+
+
 def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float) -> bytes:
     """The limb file of a limb whose mesh lies in the named file."""
     motion = limb.known_limb_from_mesh
@@ -270,7 +287,7 @@ def _unit(mm_per_unit: float) -> float:
 
 
 def _landmark(mark: _Mark) -> Landmark:
-    if not 0 < len(mark.name) <= _LONGEST_NAME or not mark.name.isprintable():
+    if not _is_usable(mark.name):
         raise ContentError("file.limb.landmark_name")
     if mark.sigma_mm is not None and not 0 <= mark.sigma_mm < _LARGEST_PLACING_MM:
         raise ContentError("file.limb.length", field="sigma_mm")

@@ -283,3 +283,13 @@ def test_stopped_between_mesh_and_limb_file_the_older_limb_file_is_refused(
     assert sorted(file.name for file in tmp_path.iterdir()) == ["out.limb.json", "out.ply"]
     with pytest.raises(ShapeFileError, match="move the limb file away and align again"):
         read_limb(path)
+
+
+@pytest.mark.parametrize("name", ["x" * 81, "tibia\tend", ""])
+def test_a_name_that_no_limb_file_can_hold_is_refused_before_anything_is_written(
+    tmp_path: Path, limb: Limb, name: str
+) -> None:
+    mark = Landmark(name=name, position_mm=np.zeros(3))
+    with pytest.raises(ExportError, match="A landmark cannot be called"):
+        write_limb(replace(limb, landmarks=(mark,)), tmp_path / "a.ply")
+    assert not list(tmp_path.iterdir())
