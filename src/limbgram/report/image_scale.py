@@ -21,7 +21,7 @@ class ImageScale:
     pixel_mm: float
     """Size of a pixel on the object: m times the pixel's size on the sensor."""
     scale_number: float
-    """m = h / c by the nominal focal length; NaN where EXIF has none."""
+    """m = h / c by the nominal focal length; NaN where EXIF has none, or the scene no scale."""
     error_mm: float
     """dX = m dx' for the RMS residual of one coordinate."""
 
@@ -37,7 +37,8 @@ def image_scales(photos: PhotoSet, metric: MetricScene) -> tuple[ImageScale, ...
         if len(points) == 0:
             continue
         distance_mm = float(np.median(view.camera_from_world.apply(points)[:, 2]))
-        principal_mm = photos.photos[idx].exif.focal_mm or float("nan")
+        focal_mm = photos.photos[idx].exif.focal_mm if metric.scale.unit == "mm" else None
+        principal_mm = focal_mm or float("nan")
         pixel_mm = distance_mm / view.camera.fx
         scales.append(
             ImageScale(

@@ -120,9 +120,10 @@ def image_figures(evidence: Evidence) -> ImageFigures:
         said.setdefault(remark.name, []).append(remark.finding)
     rows: list[PhotoFigures] = []
     stated: list[float] = []
+    in_mm = evidence.metric.scale.unit == "mm"
     for number, (photo, verdict) in enumerate(zip(photos.photos, scene.verdicts, strict=True)):
         scale = scales.get(photo.name)
-        if scale is not None and photo.exif.subject_m is not None:
+        if scale is not None and in_mm and photo.exif.subject_m is not None:
             stated.append(scale.distance_mm / (1000 * photo.exif.subject_m))
         rows.append(
             PhotoFigures(

@@ -199,7 +199,7 @@ def _cards(assessment: Assessment) -> tuple[Card, ...]:
             f"{100 * lengths.check_worst:.3f} %" if checks else "not checked",
             f"worst of {checks}: {lengths.check_worst_label}"
             if checks
-            else "give a second known length",
+            else f"give a {'second ' * (lengths.unit == 'mm')}known length",
         ),
         Card(
             "Measured",
@@ -264,7 +264,7 @@ def _unjudged_rows(assessment: Assessment) -> Iterator[tuple[str, ...]]:
     ):
         if not any(one.key == limit.key for one in assessment.criteria):
             found = "not looked for" if movement is None or not said else "not known"
-            yield limit.title, found, limit.unit, "", "", said, "none"
+            yield limit.title, found, assessment.unit, "", "", said, "none"
 
 
 def _against_truth(assessment: Assessment) -> Iterator[Section]:
@@ -370,7 +370,7 @@ def _openings(assessment: Assessment) -> Iterator[Block]:
         yield Text(words="The surface is closed.", page_only=True)
         return
     heads = (f"#rim {unit}", *(f"#middle {axis} {unit}" for axis in "xyz"))
-    rows = tuple((f"{one.rim:.1f}", *(f"{along:.1f}" for along in one.middle)) for one in found)
+    rows = tuple((f"{one.rim:.1f}", *(f"{along:z.1f}" for along in one.middle)) for one in found)
     yield Heading(words="Where it is open", page_only=True)
     yield Table(heads=heads, rows=rows, page_only=True)
 

@@ -18,8 +18,11 @@ from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesse
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95, findings_in
+from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import KnownTruth
 from limbgram.report.alignment import Truth
+from limbgram.report.html import html_of
+from limbgram.report.image_scale import image_scales
 
 RADIUS_MM = 50.0
 GIRTH_MM = 2 * math.pi * RADIUS_MM
@@ -229,6 +232,18 @@ def test_without_scale_there_are_no_millimetres(evidence: Evidence) -> None:
     tree = assess(replace(evidence, metric=replace(evidence.metric, scale=scale)))
     assert told(tree.headline).startswith("RED. No millimetres. Nothing")
     assert tree.unit == "scene units"
+    assert math.isnan(tree.figures.images.distance_over_stated)
+    page = html_of(accuracy_report(tree, ()))
+    assert "give a known length" in page
+    assert ">-0.0<" not in page
+
+
+def test_an_image_scale_needs_a_scale(evidence: Evidence) -> None:
+    bare = replace(evidence.metric, scale=replace(evidence.metric.scale, unit="unitless"))
+    for metric, known in ((evidence.metric, True), (bare, False)):
+        numbers = [one.scale_number for one in image_scales(evidence.photos, metric)]
+        assert len(numbers) == 12
+        assert np.isfinite(numbers).all() == known
 
 
 def test_a_side_without_photos_is_red_however_sure_the_rest_is(with_sigmas: Evidence) -> None:
