@@ -10,6 +10,7 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taped_girths import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
+from limbgram.report.accuracy.figures import length_unit
 
 _DIGITS = 8
 
@@ -39,4 +40,4 @@ class Evidence:
     @property
     def unit(self) -> str:
         """Unit in which lengths are written."""
-        return "mm" if self.metric.scale.unit == "mm" else "scene units"
+        return length_unit(self.metric.scale.unit)

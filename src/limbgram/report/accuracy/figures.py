@@ -24,6 +24,11 @@ SHARE = "share"
 """A fraction, shown in percent."""
 
 
+def length_unit(unit: Literal["mm", "unitless"]) -> str:
+    """What a length of a case is called."""
+    return "mm" if unit == "mm" else "scene units"
+
+
 def meaning(title: str, unit: str, definition: str) -> Mapping[str, str]:
     """What a field is, for the glossary."""
     return {"title": title, "unit": unit, "definition": definition}

@@ -35,6 +35,7 @@ from limbgram.report.accuracy.figures import (
     TapedLength,
     TruthFigures,
     independent_checks,
+    length_unit,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.verdict_light import Light
@@ -599,28 +600,30 @@ def _movement_criteria(figures: Figures) -> Iterator[Criterion]:
     )
     if movement is None:
         return
+    unit = length_unit(figures.lengths.unit)
+    moved, bent = (replace(limit, unit=unit) for limit in (MOVED, BENT))
     known = all(lens.source == "board" for lens in figures.cameras)
     if movement.misfit:
         said = movement.found
-        yield MOVED.judge("verdict.misfit.moved", math.nan, movement=said, calibrated=known)
+        yield moved.judge("verdict.misfit.moved", math.nan, movement=said, calibrated=known)
     if movement.bending_misfit:
         said = movement.bent
-        yield BENT.judge("verdict.misfit.bent", math.nan, bending=said, calibrated=known)
+        yield bent.judge("verdict.misfit.bent", math.nan, bending=said, calibrated=known)
     if math.isfinite(movement.shift):
         said = movement.found
         if movement.shift > 0.0 and movement.alone:
-            yield MOVED.judge("verdict.moved.alone", movement.shift, movement=said)
+            yield moved.judge("verdict.moved.alone", movement.shift, movement=said)
         elif movement.shift > 0.0:
-            limit = replace(MOVED, red=_MOVED_RED_MM)
+            limit = replace(moved, red=_MOVED_RED_MM)
             yield limit.judge("verdict.moved.together", movement.shift, movement=said)
         else:
-            yield MOVED.judged(movement.shift, said)
+            yield moved.judged(movement.shift, said)
     if movement.bent is not None and math.isfinite(movement.bending):
         said = movement.bent
         if movement.bending:
-            yield BENT.judge("verdict.bent", movement.bending, bending=said)
+            yield bent.judge("verdict.bent", movement.bending, bending=said)
         else:
-            yield BENT.judged(movement.bending, said)
+            yield bent.judged(movement.bending, said)
 
 
 def _tipped_board_criteria(figures: Figures, *, kept_still: bool) -> Iterator[Criterion]:

@@ -11,6 +11,7 @@ from limbgram.reconstruction.mapping.lens_deviations import with_deviation
 from limbgram.reconstruction.mapping.scene import Explanation, Movement
 from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.scale.metric import Scale
 from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.capture import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
@@ -278,3 +279,16 @@ def test_many_photos_are_counted_not_listed() -> None:
     names = [f"{k}.jpg" for k in range(20)]
     said = told(movement_found(movement([0.0] * 10 + [3.0] * 10), names, "mm"))
     assert said.endswith("in 10.jpg, 11.jpg, 12.jpg, 13.jpg, 14.jpg, 15.jpg and 4 more.")
+
+
+def test_movement_of_a_scene_without_scale_is_not_in_mm(with_sigmas: Evidence) -> None:
+    scale = Scale(unit="unitless", source="none", relative_sigma=math.nan)
+    bare = replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale))
+    moved = movement(shifts(with_sigmas, 0.6))
+    for evidence, unit in ((with_sigmas, "mm"), (bare, "scene units")):
+        found = assessed(evidence, moved, moved)
+        told_in = {one.key: one.unit for one in found.criteria}
+        assert told_in["movement"] == told_in["bending"] == unit
+    page = html_of(accuracy_report(assessed(bare), ()))
+    assert '<td>scene units</td><td class="n"></td>' in page
+    assert "<td>mm</td>" not in page
