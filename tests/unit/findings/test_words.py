@@ -134,6 +134,18 @@ def test_both_languages_tell_a_number_by_as_many_decimals() -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+def test_a_plus_minus_says_what_it_holds(language: str) -> None:
+    """Wherever a sentence with an interval is shown, it may be the only one."""
+    interval = re.compile(r"± ?\{|:±")
+    bare = [
+        code
+        for code, words in all_words(language).items()
+        if interval.search(words.sentence) and "95" not in words.sentence
+    ]
+    assert not bare
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 def test_what_is_found_stands_in_one_sentence_by_itself(language: str) -> None:
     """A title takes `says` whole; what stands in braces may hold sentences of its own."""
     inner = re.compile(r"\{[^{}]*\}")
