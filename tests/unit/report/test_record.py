@@ -16,6 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import value_of
 from limbgram.findings import doubt, note, told
 from limbgram.report.html import html_of
+from limbgram.report.record.advice import tape_checks
 from limbgram.report.record.bias import biases
 from limbgram.report.record.layout import badge, measure_rows, record_report
 from limbgram.report.record.record import Record, RecordOptions, record_of
@@ -327,16 +328,21 @@ def test_refusals() -> None:
         record_of(source(cylinder()), recipe=recipe)
 
 
-def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
+def wall(high: float = 0.9) -> Limb:
+    """The cylinder round a hollow of a part of its height."""
     outer, inner = cylinder().mesh, cylinder().mesh
-    hollow = inner.vertices_mm * [0.94, 0.94, 0.9] + [0, 0, 10]
+    hollow = inner.vertices_mm * [0.94, 0.94, high] + [0, 0, HEIGHT_MM * (1 - high) / 2]
     both = Mesh(
         vertices_mm=np.concatenate([outer.vertices_mm, hollow]),
         faces=np.concatenate([outer.faces, inner.faces[:, ::-1] + len(outer)]),
     )
-    record = record_of(source(replace(cylinder(), mesh=both, landmarks=(), notes=())))
-    wall = record.tree["measures"]["wall"]
-    assert wall["thinnest_mm"] == pytest.approx(0.06 * RADIUS_MM, rel=0.01)
+    return replace(cylinder(), mesh=both, landmarks=(), notes=())
+
+
+def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
+    record = record_of(source(wall()))
+    thickness = record.tree["measures"]["wall"]
+    assert thickness["thinnest_mm"] == pytest.approx(0.06 * RADIUS_MM, rel=0.01)
     assert record.tree["measures"]["skin"] == "outside"
     girths = [row["tape_mm"] for row in record.tree["inside"]["levels"] if row["tape_mm"]]
     expected = 2 * np.pi * 0.94 * RADIUS_MM
@@ -346,6 +352,49 @@ def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
     assert "Measures of the inside by level" in page
     assert "Of the OUTSIDE of the wall" in page
     assert "mm thick where it is thinnest" in page
+
+
+@pytest.mark.usefixtures("drawn_before")
+def test_what_a_tape_checks_of_a_wall_is_its_inside_and_the_cards_say_what_they_tell() -> None:
+    record = record_of(source(wall()))
+    inside_mm = 2 * np.pi * 0.94 * RADIUS_MM
+    assert all(
+        girth == pytest.approx(inside_mm, abs=0.1) for _, girth in tape_checks(record.content)
+    )
+    volume, girth = record_report(record.content, record.pictures).cards[1:3]
+    assert volume.note.startswith("of the material, from the distal end")
+    assert girth.note.startswith("outside, at ")
+    page = html_of(record_report(record.content, record.pictures))
+    assert "Girths of the inside, mm, and what the tape reads" in page
+
+
+@pytest.mark.usefixtures("drawn_before")
+def test_radii_of_a_wall_are_those_of_its_inside() -> None:
+    (sock,) = (one for one in record_of(source(wall())).content.bias if "sock" in one.step)
+    radius_mm = 0.94 * RADIUS_MM
+    assert sock.basis.values["volume_per_cent"] == pytest.approx(20 / radius_mm, rel=1e-3)
+
+
+@pytest.mark.usefixtures("drawn_before")
+def test_a_wall_round_a_short_hollow_has_a_record_without_its_inside() -> None:
+    """One level of one is hollow, and of many levels too few are."""
+    short = record_of(source(wall(0.2)), options=RecordOptions(spacing_mm=100.0))
+    assert short.tree["measures"]["skin"] == "outside"
+    assert short.tree["inside"] is None
+
+
+@pytest.mark.usefixtures("drawn_before")
+def test_the_sheet_of_a_wall_says_which_skin_it_tells() -> None:
+    bare = usual().content
+    row = {
+        "words": {"en": "Girth"}, "formula": "", "value": 300.0, "sigma": None, "unit": "mm",
+        "doubt": None,
+    }  # fmt: skip
+    for skin, said in (("only", 0), ("outside", 2)):
+        measures = {**bare.measures, "skin": skin}
+        content = replace(bare, measures=measures, sheet={"rows": [row]})
+        page = html_of(record_report(content, usual().pictures))
+        assert page.count("Of the OUTSIDE of the wall") == said
 
 
 @pytest.mark.usefixtures("drawn_before")

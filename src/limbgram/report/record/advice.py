@@ -35,8 +35,12 @@ def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
 
 
 def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
-    """Three heights from the reference and the tape girths there, lowest first."""
-    rows = [row for row in content.measures["levels"] if row["tape_mm"] is not None]
+    """Three heights from the reference and the tape girths there, lowest first.
+
+    Of a wall they are those of its inside, which the limb fills.
+    """
+    taped = content.measures if content.inside is None else content.inside
+    rows = [row for row in taped["levels"] if row["tape_mm"] is not None]
     picked = {round(share * (len(rows) - 1)) for share in (0.25, 0.5, 0.75)} if rows else set()
     return tuple(
         (rows[idx]["from_reference_mm"], rows[idx]["tape_mm"]["value"]) for idx in sorted(picked)

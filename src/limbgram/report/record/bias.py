@@ -45,10 +45,17 @@ class Bias:
 
 
 def biases(
-    measures: Measures, mesh_in_limb: Mesh, case: CaseSource | None, ledger: Ledger | None
+    measures: Measures,
+    mesh_in_limb: Mesh,
+    case: CaseSource | None,
+    ledger: Ledger | None,
+    inside: Measures | None = None,
 ) -> tuple[Bias, ...]:
-    """Biases of scale, surface, sock, smoothing, and the export formats."""
-    radius_mm = mean_radius_mm(measures)
+    """Biases of scale, surface, sock, smoothing, and the export formats.
+
+    Radii of a wall are those of its inside: the areas of its outside are of its material.
+    """
+    radius_mm = mean_radius_mm(measures if inside is None else inside)
     return (
         _scale_bias(case, radius_mm),
         _surface_bias(measures.limb.mesh, case),

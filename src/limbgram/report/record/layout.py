@@ -148,10 +148,14 @@ def _sheet(content: Content) -> Iterator[Section]:
         for row in known
     )
     if filled:
+        skin = _skin(content.measures["skin"]).strip()
         heads = (*SHEET_HEADS, *(("goes by, not confirmed",) if doubted else ()))
         yield Section(
             title="Measuring sheet",
-            blocks=(Table(heads=heads, rows=filled, shorten="cut"),),
+            blocks=(
+                *((Text(words=skin, note=True),) if skin else ()),
+                Table(heads=heads, rows=filled, shorten="cut"),
+            ),
             sheet=1,
         )
 
@@ -165,6 +169,7 @@ def _signature_section(content: Content) -> Section:
     """Where a professional writes what the tape says."""
     blocks: list[Block] = []
     checks = tape_checks(content)
+    inside = "" if content.inside is None else " of the inside"
     if checks:
         labels = tuple(f"at {height:g} mm: {girth:.1f}, tape" for height, girth in checks)
         blocks = [
@@ -176,7 +181,7 @@ def _signature_section(content: Content) -> Section:
             ),
         ]
     return Section(
-        title="Girths, mm, and what the tape reads" if checks else "",
+        title=f"Girths{inside}, mm, and what the tape reads" if checks else "",
         blocks=(*blocks, Fields(labels=("Checked by:", "Date:", "Signature:"))),
         sheet=1,
     )
@@ -259,6 +264,7 @@ def _cards(content: Content) -> Iterator[Card]:
     across, deep, long = content.size_mm
     rows = [row for row in content.measures["levels"] if row["volume_below_ml"] is not None]
     girths = [row for row in content.measures["levels"] if row["tape_mm"] is not None]
+    wall = content.measures["skin"] == "outside"
     yield Card(
         "Size",
         f"{long:.1f} mm long",
@@ -269,14 +275,14 @@ def _cards(content: Content) -> Iterator[Card]:
         yield Card(
             "Volume",
             f"{_figure_text(top['volume_below_ml'], 1)} mL",
-            f"from the distal end up to {_height_text(content, top)}",
+            f"{'of the material, ' * wall}from the distal end up to {_height_text(content, top)}",
         )
     if girths:
         widest = max(girths, key=lambda row: row["tape_mm"]["value"])
         yield Card(
             "Largest tape girth",
             f"{_figure_text(widest['tape_mm'], 1)} mm",
-            f"at {_height_text(content, widest)}",
+            f"{'outside, ' * wall}at {_height_text(content, widest)}",
         )
     if content.case is not None:
         yield Card("Capture", content.case.light.upper(), content.case.headline)

@@ -51,6 +51,7 @@ from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 from limbgram.workbench.measures.form import sheet_tree
+from limbgram.workbench.measures.measured_skin import inner_faces
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
     Measures,
@@ -115,17 +116,13 @@ def record_of(
     options_of_levels = LimbMeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
     measures = measure_limb(nameless_shape.limb, options_of_levels)
     done = None if recipe is None else replayed_on(recipe, shape, against)
-    inside = (
-        None
-        if measures.skin != "outside"
-        else measure_inside(nameless_shape.limb, options_of_levels)
-    )
+    inside = _measures_inside(nameless_shape.limb, measures, options_of_levels)
     compared = None if other is None else _compare(nameless_shape, other, done, options)
     limb = nameless_shape.limb.aligned().in_limb_frame()
     mesh = limb.mesh
     ledger = None if done is None else done.ledger
     with ThreadPoolExecutor(1) as beside:  # both are loops outside the interpreter, for the most
-        steps = beside.submit(biases, measures, mesh, case, ledger)
+        steps = beside.submit(biases, measures, mesh, case, ledger, inside)
         pictures = _pictures(limb, measures, compared)
         lines = steps.result()
     content = Content(
@@ -159,6 +156,13 @@ def record_of(
         },
     )
     return Record(content=replace(content, findings=findings(content, measures)), pictures=pictures)
+
+
+def _measures_inside(limb: Limb, outside: Measures, options: LimbMeasureOptions) -> Measures | None:
+    """The inside of a wall; None of another shape, and where too little of the wall goes round."""
+    if outside.skin != "outside" or not inner_faces(outside.outer_mesh).any():
+        return None
+    return measure_inside(limb, options)
 
 
 def _compare(
