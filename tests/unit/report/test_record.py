@@ -14,7 +14,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import value_of
-from limbgram.findings import doubt, note, told
+from limbgram.findings import Gravity, doubt, note, told
 from limbgram.report.html import html_of
 from limbgram.report.record.advice import tape_checks
 from limbgram.report.record.bias import biases
@@ -326,6 +326,19 @@ def test_refusals() -> None:
     recipe = RecipeSource(recipe=Recipe(name="", scan_sha256=64 * "f"), sha256=64 * "d")
     with pytest.raises(OptionsError, match="another scan"):
         record_of(source(cylinder()), recipe=recipe)
+
+
+@pytest.mark.usefixtures("drawn_before")
+def test_a_red_capture_is_the_first_to_be_said_of_a_shape() -> None:
+    """A full sheet, and a terminal, leave out the last."""
+    red = doubt("verdict.red_shape")
+    limb = replace(cylinder(), doubt=red, notes=(red, *cylinder().notes))
+    content = record_of(source(limb)).content
+    first, *others = content.findings
+    assert (first.code, first.gravity) == ("verdict.red_shape", Gravity.FAULT)
+    assert not any("RED" in told(one) for one in others)
+    assert any("has a seam" in told(one) for one in others)
+    assert told(red) in content.notes
 
 
 def wall(high: float = 0.9) -> Limb:

@@ -1,15 +1,17 @@
 """Advice: what a professional should check or know before anything is made from the shape."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from limbgram.core.errors import with_full_stop
 from limbgram.core.tape import AGREES_SIGMAS, READING_SIGMA_MM
-from limbgram.findings import Finding, Gravity, doubt, fault, note
+from limbgram.findings import Finding, Gravity, doubt, fault, note, told
 from limbgram.report.record.content import CaseCited, Content, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import LEAST_PRESSURE_MM
 from limbgram.workbench.edits.wall import LEAST_WALL_MM
 from limbgram.workbench.frame.landmarks import unconfirmed_finding
+from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01
@@ -21,7 +23,10 @@ APART_MM = AGREES_SIGMAS * READING_SIGMA_MM
 def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
     """The findings of a record, the grave ones first."""
     proposed = unconfirmed_finding(measures.limb)
+    red = _red_findings(measures.limb)
+    said = set(map(told, red))
     found = (
+        *red,
         *(() if proposed is None else (proposed,)),
         *_recipe_findings(content.recipe),
         *((fault("record.case.untold"),) if content.case_untold else ()),
@@ -29,7 +34,11 @@ def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
         *_surface_findings(measures),
         *_tape_findings(content),
         *_comparison_findings(content.comparison),
-        *(note("record.file", said=with_full_stop(one)) for one in content.notes),
+        *(
+            note("record.file", said=with_full_stop(one))
+            for one in content.notes
+            if one not in said
+        ),
     )
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
 
@@ -45,6 +54,12 @@ def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
     return tuple(
         (rows[idx]["from_reference_mm"], rows[idx]["tape_mm"]["value"]) for idx in sorted(picked)
     )
+
+
+def _red_findings(limb: Limb) -> tuple[Finding, ...]:
+    """The note that a shape comes from a capture with a red verdict, as the fault that it is."""
+    codes = set() if limb.doubt is None else {limb.doubt.code}
+    return tuple(replace(one, gravity=Gravity.FAULT) for one in limb.notes if one.code in codes)
 
 
 def _tape_findings(content: Content) -> Iterator[Finding]:
