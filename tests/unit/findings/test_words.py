@@ -145,6 +145,32 @@ def test_a_plus_minus_says_what_it_holds(language: str) -> None:
     assert not bare
 
 
+def test_german_calls_a_thing_by_one_word() -> None:
+    """Das Gliedmaß, as the app has it; its file, the scale board, the certificate of a kit."""
+    other = re.compile(
+        r"\b([Ee]iner?|[Dd]ie|[Dd]er) (unveränderten )?Gliedmaße\b|Gliedmaß-|Limb-|Maßstabsbrett"
+    )
+    words = all_words("de")
+    texts = {code: f"{one.sentence} {one.do} {one.app} {one.short}" for code, one in words.items()}
+    assert not [code for code, text in texts.items() if other.search(text)]
+    kit = [code for code in texts if code.startswith(("kit.", "case.certificate."))]
+    assert not [code for code in kit if "Zertifikat" in texts[code]]
+
+
+def test_names_that_the_program_gives_are_told_in_german() -> None:
+    board = Finding("verdict.scale.off", values={"label": "board, other diagonal"})
+    assert "„Brett, andere Diagonale“" in tell.sentence(board, "de")
+    for code, name in (
+        ("verdict.no_camera_file.cost_unknown", "guess"),
+        ("verdict.lens.contradicted", "camera"),
+        ("limit.lens.pattern", "camera"),
+    ):
+        value = ("camera 1",) if name == "guess" else "camera 1"
+        said = tell.sentence(Finding(code, values={name: value}), "de")
+        assert "Kamera 1" in said
+        assert "camera" not in said
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_what_is_found_stands_in_one_sentence_by_itself(language: str) -> None:
     """A title takes `says` whole; what stands in braces may hold sentences of its own."""
