@@ -116,7 +116,8 @@ def _on_network(ask: ServeOptions, reach: NetworkOptions, *, as_json: bool) -> N
             else ""
         )
         text = (
-            f"The app is open to {reached.users} users: {' or '.join(reached.links)}\n"
+            f"The app is open to {reached.users} user{'s' * (reached.users != 1)}: "
+            f"{' or '.join(reached.links)}\n"
             f"{compare}End with Ctrl-C."
         )
         _tell(

@@ -25,6 +25,7 @@ from limbgram.cases.child_process import Event
 from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import Cancelled, OptionsError, printable
+from limbgram.report.batch import captures
 from limbgram.report.stages import stage_title
 
 _SHOWN_AT_MOST = 20
@@ -109,9 +110,9 @@ def _would_do(plans: Sequence[Plan], notes: Sequence[str]) -> Reply:
         for plan in plans
     }
     lines = (
-        f"{len(plans)} captures; the settings of {wrong} are wrong. Nothing was computed."
+        f"{captures(len(plans))}; the settings of {wrong} are wrong. Nothing was computed."
         if wrong
-        else f"{len(plans)} captures. Nothing was computed.",
+        else f"{captures(len(plans))}. Nothing was computed.",
         *(f"  {name}: {text}" for name, text in told.items()),
         *notes,
     )
@@ -174,7 +175,7 @@ class _Display:
 
     def _planned(self, count: int, at_once: int) -> None:
         pace = f"{at_once} at a time" if at_once else "which wait for a first worker"
-        self._say(f"{count} captures, {pace}")
+        self._say(f"{captures(count)}, {pace}")
         if self.kind == "terminal":
             self._all = self.bars.add_task("All captures", total=count, stage="")
 

@@ -58,7 +58,7 @@ def batch_report(rows: Sequence[BatchRow], notes: Sequence[str], *, stopped: boo
     """The worst first: what has no result, then red, amber and green."""
     ordered = sorted(rows, key=lambda row: (_ORDER.index(row.light or ""), row.name))
     return Report(
-        title=f"{len(rows)} captures" if len(rows) != 1 else "1 capture",
+        title=captures(len(rows)),
         banner=_banner(rows, stopped=stopped),
         cards=_cards(rows),
         intended_use=OF_SCANS,
@@ -74,6 +74,11 @@ def batch_report(rows: Sequence[BatchRow], notes: Sequence[str], *, stopped: boo
     )
 
 
+def captures(count: int) -> str:
+    """How many captures, in words."""
+    return f"{count} capture{'s' * (count != 1)}"
+
+
 def count_by_verdict(rows: Sequence[BatchRow]) -> str:
     """How many of each verdict there are, in a sentence."""
     if not rows:
@@ -85,7 +90,7 @@ def count_by_verdict(rows: Sequence[BatchRow]) -> str:
     faults = sum(bool(row.faults) for row in rows)
     more = f"; in {faults} a step after the surface failed" if faults else ""
     size = f"; scale not checked independently: {len(unchecked)} of {done}" if unchecked else ""
-    return f"{len(rows)} captures: {', '.join(told)}{size}{more}."
+    return f"{captures(len(rows))}: {', '.join(told)}{size}{more}."
 
 
 def _unchecked(rows: Sequence[BatchRow]) -> list[BatchRow]:

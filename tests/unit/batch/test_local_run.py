@@ -275,6 +275,7 @@ def test_all_green_is_said_only_where_every_size_is_checked(tmp_path: Path) -> N
         assert table.line in (tmp_path / "batch.html").read_text("utf-8")
         return f"{table.line} {(tmp_path / 'batch.html').read_text('utf-8')}"
 
+    assert page(True).startswith("1 capture: 1 green. ")
     assert page(True, True).startswith("2 captures: 2 green. ")
     assert "ALL GREEN" in page(True, True)
     doubtful = page(True, False)

@@ -19,7 +19,7 @@ from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale
 from limbgram.report.case import case_report
 from limbgram.report.drawings.drawing import Picture
-from limbgram.report.drawings.photographs import _side_by_side, _upright
+from limbgram.report.drawings.photographs import _side_by_side, _upright, drawn_part
 from limbgram.report.drawings.surfaces import _frustum
 from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures
@@ -67,6 +67,11 @@ def test_a_point_stays_on_its_spot_when_the_photo_is_turned(
     y, x = np.indices(weight.shape)
     centre = np.array([(x * weight).sum(), (y * weight).sum()]) / weight.sum()
     np.testing.assert_allclose(xy_px[0], centre, atol=0.2)
+
+
+@pytest.mark.parametrize(("step", "said"), [(1, ""), (2, " (one in 2 is drawn)")])
+def test_a_thinned_drawing_says_by_how_much(step: int, said: str) -> None:
+    assert drawn_part(step) == said
 
 
 def test_pictures_of_other_heights_lie_side_by_side() -> None:

@@ -50,12 +50,16 @@ def keypoints_on_photo(photos: PhotoSet, features: Features, metric: MetricScene
             linewidths=0.5,
         )
     )
-    shown = "" if step == 1 else f" (every {step}th is drawn)"
     return Drawing(
         figure,
-        f"{len(keypoints):,} SIFT feature points on {photo.name}{shown}; a circle's size is the "
-        f"feature's. {points[idx]:,} of them became points of the scene.",
+        f"{len(keypoints):,} SIFT feature points on {photo.name}{drawn_part(step)}; a circle's "
+        f"size is the feature's. {points[idx]:,} of them became points of the scene.",
     )
+
+
+def drawn_part(step: int) -> str:
+    """Which of the points are drawn, behind their number; empty where all are."""
+    return "" if step == 1 else f" (one in {step} is drawn)"
 
 
 def matches_of_pair(photos: PhotoSet, pairs: Pairs) -> Drawing:
