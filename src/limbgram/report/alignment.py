@@ -25,6 +25,8 @@ _STILL_MM = 1e-5
 """A step that moves no sample farther ends the alignment."""
 _FAR_MM = 3.0
 """Samples farther away take no part in the alignment."""
+COMPARED_MM = 5 * _FAR_MM
+"""What lies farther from the truth is not compared with it: it is another thing's surface."""
 _FEWEST_NEAR = 30
 _TRIAL_SAMPLES = 1_000
 _TRIAL_ROUNDS = 10
@@ -103,7 +105,7 @@ def signed_mm(
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Distances from the truth, positive outside, and whether the seen truth is what is near."""
     found = truth.surface.query(points_mm)
-    near = np.abs(found.signed_mm) < 5 * _FAR_MM
+    near = np.abs(found.signed_mm) < COMPARED_MM
     return found.signed_mm, truth.seen[truth.faces[found.faces]].all(1) & near
 
 

@@ -16,6 +16,7 @@ from jaxtyping import Float64
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import ResidualGrid
+from limbgram.report.alignment import COMPARED_MM
 from limbgram.report.drawings.drawing import (
     BLUE,
     INK,
@@ -205,7 +206,8 @@ def _error_map(evidence: Evidence, off_mm: Float64[np.ndarray, " n"]) -> Picture
     )
     caption = (
         "Signed distance of every measured vertex from the truth. Grey: not compared, because "
-        "fewer than three photos see the truth there; orange: filled in, not measured."
+        f"fewer than three photos see the truth there, or it lies {COMPARED_MM:g} mm or more from "
+        "it; orange: filled in, not measured."
     )
     return Picture("error", "Where it is off", caption, png(figure))
 

@@ -34,6 +34,7 @@ from limbgram.report.accuracy.figures import (
 )
 from limbgram.report.accuracy.glossary import Term, terms, value_at
 from limbgram.report.accuracy.judgement import BENT, MOVED, without_light
+from limbgram.report.alignment import COMPARED_MM
 from limbgram.report.blocks import (
     AdviceList,
     Banner,
@@ -272,6 +273,7 @@ def _against_truth(assessment: Assessment) -> Iterator[Section]:
     truth = assessment.figures.truth
     if truth is None:
         return
+    vertices = assessment.figures.surface.vertices
     figures = [
         Illustration(
             image=histogram(
@@ -280,7 +282,8 @@ def _against_truth(assessment: Assessment) -> Iterator[Section]:
                 "signed distance, mm (outside is positive)",
                 "Histogram of the distances from the truth",
             ),
-            caption=f"{truth.vertices:,} measured vertices: RMS {truth.rms_mm:.4f} mm "
+            caption=f"{truth.vertices:,} of {vertices:,} vertices, those measured and nearer "
+            f"than {COMPARED_MM:g} mm to what photos show of the truth: RMS {truth.rms_mm:.4f} mm "
             f"({truth.rms_px:.3f} px), 95 % within {truth.p95_mm:.4f} mm, mean "
             f"{truth.mean_mm:+z.4f} mm.",
         )

@@ -110,6 +110,21 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(
         assert advice(finding).split("`")[0] in page
 
 
+def test_a_comparison_says_how_much_of_the_surface_it_is_of(evidence: Evidence) -> None:
+    """What lies far from the truth is another thing, and must not be passed over in silence."""
+    mesh = evidence.mesh
+    moved = mesh.vertices_mm.copy()
+    moved[:300, :2] *= 1.4  # 20 mm outwards
+    doubled = replace(evidence, mesh=mesh.with_vertices(moved))
+    assessment = assess(doubled, with_truth(evidence))
+    assert assessment.figures.truth is not None
+    compared = assessment.figures.truth.vertices
+    assert compared == len(mesh) - 300
+    page = html_of(accuracy_report(assessment, accuracy_pictures(doubled, assessment)))
+    assert f"{compared:,} of {len(mesh):,} vertices, those measured and nearer than 15 mm" in page
+    assert "or it lies 15 mm or more from it" in page
+
+
 def test_the_pdf_has_two_pages(evidence: Evidence) -> None:
     assessment = assess(evidence)
     pictures = accuracy_pictures(evidence, assessment)
