@@ -29,7 +29,7 @@ from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.cases.stage_cache import read_product
-from limbgram.core.errors import CaseError, OptionsError
+from limbgram.core.errors import CaseError, MeasureError, OptionsError
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
@@ -157,9 +157,12 @@ def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTru
     """The truth at `path`: a capture's folder, its truth folder, or a mesh file in mm.
 
     Raises:
+        MeasureError: the case has no scale.
         CaseError: there is no truth at this path.
         OptionsError: cameras are to be aligned, and the truth has none of ours.
     """
+    if evidence.metric.scale.unit != "mm":
+        raise MeasureError("case.truth_without_scale")
     folder = next((one for one in (path / "truth", path) if (one / "mesh.ply").is_file()), None)
     if folder is not None:
         known = _capture_truth(folder, evidence, alignment)

@@ -19,7 +19,7 @@ from limbgram.cases.encoding import unsealed
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.stage_cache import write_product
 from limbgram.cli.accuracy import accuracy_lines
-from limbgram.core.errors import CaseError, OptionsError
+from limbgram.core.errors import CaseError, MeasureError, OptionsError
 from limbgram.core.run import Timing
 from limbgram.formats.ply import write_ply
 from limbgram.reconstruction.calibration.cameras import Cameras
@@ -237,3 +237,13 @@ def test_a_truth_must_exist_and_have_cameras_to_align_by(
     known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", with_sigmas.metric.scale.unit)
     with pytest.raises(OptionsError, match="Align by the surface"):
         read_truth(known, with_sigmas, "cameras")
+
+
+def test_lengths_without_a_scale_are_not_compared_with_a_truth_in_mm(
+    with_sigmas: Evidence, tmp_path: Path
+) -> None:
+    known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", "mm")
+    bare = replace(with_sigmas.metric, scale=replace(with_sigmas.metric.scale, unit="unitless"))
+    assert read_truth(known, with_sigmas, "surface").kind == "a mesh file"
+    with pytest.raises(MeasureError, match="no scale"):
+        read_truth(known, replace(with_sigmas, metric=bare), "surface")
