@@ -26,7 +26,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import CalibrationError
-from limbgram.core.geometry.lens import DISTORTION, IN_PIXELS, LENS_SIZE, PARAMETERS, Camera
+from limbgram.core.geometry.lens import (
+    DISTORTION,
+    FROM_CORNER_PX,
+    IN_PIXELS,
+    LENS_SIZE,
+    PARAMETERS,
+    Camera,
+)
 from limbgram.findings import Finding, fault
 from limbgram.reconstruction.photos.lenses import cut_from
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, first_of
@@ -466,16 +473,27 @@ def _turned(calibration: Calibration) -> Calibration:
     )
 
 
+_DOWN = ["fy", "cy"]
+"""Lens parameters that are counted in rows; the others with a unit are in columns."""
+
+
 def _resized(calibration: Calibration, group: CameraGroup) -> Calibration:
-    """The calibration for a smaller copy of its pictures; itself at its own size."""
+    """The calibration for a smaller copy of its pictures; itself at its own size.
+
+    A copy shows the whole picture in whole pixels, so that rows and columns may shrink by a
+    thousandth more or less.
+    """
     camera = calibration.camera
     if group.width_px == camera.width_px:
         return calibration
-    factor = group.width_px / camera.width_px
-    units = np.where(np.isin(PARAMETERS, IN_PIXELS), factor, 1.0)
+    across, down = group.width_px / camera.width_px, group.height_px / camera.height_px
+    by_axis = np.where(np.isin(PARAMETERS, _DOWN), down, across)
+    units = np.where(np.isin(PARAMETERS, IN_PIXELS), by_axis, 1.0)
+    corner = np.where(np.isin(PARAMETERS, ["cx", "cy"]), FROM_CORNER_PX, 0.0)
+    size = replace(camera, width_px=group.width_px, height_px=group.height_px)
     return replace(
         calibration,
-        camera=replace(camera.scaled(factor), height_px=group.height_px),
+        camera=size.with_parameters((camera.packed + corner) * units - corner),
         covariance=calibration.covariance * np.outer(units, units),
-        rms_px=calibration.rms_px * factor,
+        rms_px=calibration.rms_px * across,
     )

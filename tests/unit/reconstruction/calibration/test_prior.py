@@ -62,6 +62,19 @@ def test_a_smaller_copy_takes_the_calibration_with_it() -> None:
     assert taken.sigmas[5] == pytest.approx(1e-3)
 
 
+@pytest.mark.parametrize("size", [(1600, 1067), (894, 596), (893, 595)])
+def test_a_copy_in_whole_pixels_shows_the_whole_picture(size: tuple[int, int]) -> None:
+    """Whoever reduces a picture maps its borders to borders, and rounds both sides by themselves."""
+    given = calibrated()
+    (taken,) = cameras_for(photo_set(size), [given]).calibrations
+    points = np.array([(-0.2, -0.14, 1.0), (0.0, 0.0, 1.0), (0.2, 0.14, 1.0), (0.2, -0.14, 1.0)])
+    shrunk = np.array(size) / [given.camera.width_px, given.camera.height_px]
+    expected = (given.camera.project(points) + 0.5) * shrunk - 0.5
+    np.testing.assert_allclose(taken.camera.project(points), expected, atol=1e-6)
+    assert taken.sigmas[:4] == pytest.approx(given.sigmas[:4] * np.tile(shrunk, 2))
+    assert with_square_pixels(taken) is taken
+
+
 def test_each_group_takes_its_own() -> None:
     small, large = calibrated(1200, 800), calibrated()
     taken = cameras_for(photo_set((4752, 3168), (1200, 800)), [small, large])
