@@ -244,7 +244,9 @@ def place_object(found: Unplaced, run: Run, mapping: MappingOptions = MAPPING) -
 
     told = lens_is_told(photos, cameras)
     if copies_of(photos):
-        return with_lenses(run(by_cut, photos, found.features, found.pairs, cameras, mapping))
+        lenses = run(by_cut, photos, found.features, found.pairs, cameras, mapping)
+        if lenses.photos.cameras != photos.cameras:
+            return with_lenses(lenses)
     try:
         placed = _placed(found, run, mapping)
     except PlacementError:

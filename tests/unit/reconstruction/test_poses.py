@@ -15,11 +15,12 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import closed_region
 from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import LimbGroups
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.matching.static_background import StaticBackground
-from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet
 from limbgram.reconstruction.poses import (
     Part,
     Poses,
@@ -245,6 +246,35 @@ def test_a_board_of_the_room_turns_nothing_over(
     assert may_be_turned_over(scene, board_in(truth))
     assert place_object(unplaced, Run()).poses == Poses()
     assert bool(looks) == asked
+
+
+@pytest.mark.parametrize("cut_out", [False, True])
+def test_smaller_copies_leave_a_camera_file_open_to_doubt(
+    monkeypatch: pytest.MonkeyPatch, cut_out: bool
+) -> None:
+    """Only photos that tell of other lenses than their files stand for lenses of their own."""
+    of, scene = "limbgram.reconstruction.poses", scene_of(staged())
+    sizes = (1600, 1200), (800, 600)
+    groups = tuple(CameraGroup(label="", width_px=w, height_px=h, exif=Exif()) for w, h in sizes)
+    photos = PhotoSet((), groups)
+    shown = replace(photos, cameras=(groups[0], replace(groups[1], cut_out=cut_out)))
+
+    def asked(*_: Any) -> ByLens:
+        return ByLens(shown, Cameras(()))
+
+    monkeypatch.setattr(f"{of}.by_cut", asked)
+    monkeypatch.setattr(f"{of}.place", lambda *_: scene)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.limb_groups", lambda *_: LimbGroups())  # pyright: ignore[reportUnknownLambdaType]
+    unplaced = Unplaced(
+        photos=photos,
+        features=Features(()),
+        still=StaticBackground(),
+        matches=Matches(pairs=(), pairs_tried=0, descriptor_matches=0),
+        pairs=Pairs((), 0),
+        cameras=Cameras(()),
+        detections=None,
+    )
+    assert (place_object(unplaced, Run()).lenses is not None) == cut_out
 
 
 def test_without_a_board_nothing_is_said(turned_over: Truth) -> None:
