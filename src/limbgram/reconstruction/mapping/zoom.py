@@ -31,15 +31,15 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.lens import PARAMETERS, View
 from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.bundle_adjustment import SIGMA_INFLATION
-from limbgram.reconstruction.mapping.lens_deviations import parameter_count
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import first_of
 
+_FX = PARAMETERS.index("fx")
 _FEWEST_POINTS = 30
 _FEWEST_VIEWS = 3
 _MOST_POINTS = 1500
@@ -127,10 +127,9 @@ def zoomed_by_solved_focals(scene: Scene) -> dict[int, Finding]:
     own = scene.own
     if own is None or "focal length" not in own.deviations:
         return {}
-    first = 0
-    for kind in own.deviations[: own.deviations.index("focal length")]:
-        first += parameter_count(kind)
-    factors, fits = 1.0 + own.values[:, first], focal_fits(scene)
+    # of the solved lens: the deviations themselves are parts of a guessed one, which may be far off
+    usual_px = np.array([scene.cameras[camera].fx for camera in scene.camera_idx])
+    factors, fits = 1.0 + own.shifts[:, _FX] / usual_px, focal_fits(scene)
     found: dict[int, Finding] = {}
     for camera in sorted({scene.camera_idx[photo] for photo in scene.placed}):
         known = [

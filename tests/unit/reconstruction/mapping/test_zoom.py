@@ -123,6 +123,30 @@ def test_half_of_the_photos_zoomed_are_named_and_used(
     assert zoomed_by_solved_focals(found).keys() == {*photos}
 
 
+def longer(shares: np.ndarray) -> np.ndarray:
+    """Shifts of photos' lenses whose focal length differs by these shares of itself."""
+    shifts = np.zeros((len(shares), LENS_SIZE))
+    shifts[:, 0], shifts[:, 1] = shares * LENS.fx, shares * LENS.fy
+    return shifts
+
+
+def test_a_zoom_is_told_in_parts_of_the_solved_focal_length(ring: Scene) -> None:
+    """Not in parts of one that was guessed, in which a zoom of 5 % counts as 7 %."""
+    shares = np.where(np.arange(15) < 7, 0.05, 0.0)
+    own = OwnLenses(
+        deviations=("focal length",),
+        values=(shares * LENS.fx / (1.2 * LENS.width_px))[:, None],
+        spread=np.array([0.03]),
+        shifts=longer(shares),
+        chances=(1e-9,),
+    )
+    changed = ring
+    for photo in range(7):
+        changed = zoomed(changed, photo, 1.05)
+    found = zoomed_by_solved_focals(replace(changed, own=own))
+    assert [one.values["share"] for one in found.values()] == pytest.approx([0.05] * 7, abs=1e-3)
+
+
 @pytest.mark.parametrize(("noise_px", "named"), [(0.0, {4}), (60.0, set())])
 def test_a_solved_focal_length_that_nothing_holds_is_no_zoom(
     ring: Scene, noise_px: float, named: set[int]
@@ -134,7 +158,7 @@ def test_a_solved_focal_length_that_nothing_holds_is_no_zoom(
         deviations=("focal length",),
         values=values,
         spread=np.array([0.01]),
-        shifts=np.zeros((15, LENS_SIZE)),
+        shifts=longer(values[:, 0]),
         chances=(1e-9,),
     )
     seen = ring.observations
