@@ -121,7 +121,9 @@ def is_rigid_with_first(
     likely for the third one by the significance level.
     """
     known = second.movement.group >= 0
-    photos = tuple(k for k in sorted({*first.placed} & {*third.placed}) if known[k])
+    photos = _evenly_sampled(
+        tuple(k for k in sorted({*first.placed} & {*third.placed}) if known[k])
+    )
     if len(photos) < FEWEST_PHOTOS:
         return False
     equations = two_body_equations(first, third, photos, priors)

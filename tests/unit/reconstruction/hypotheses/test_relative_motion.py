@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -109,6 +110,29 @@ def test_a_third_body_tells_which_of_two_moved(take: Take, beside: bool, seed: i
     assert room.movement.moved
     board = take(seed=50 + seed, points=80, motions=None if beside else motions).room
     assert is_rigid_with_first(first.limb, board, room, [first.calibration]) is beside
+
+
+def test_of_many_photos_some_tell_whether_a_third_body_kept_still(
+    take: Take, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As many as the search takes: their cost grows with the third power."""
+    of, most, asked = "limbgram.reconstruction.hypotheses.relative_motion", 12, list[int]()
+
+    def counted(_: Scene, __: Scene, photos: tuple[int, ...], *___: Any) -> Any:
+        asked.append(len(photos))
+        return SimpleNamespace(distance=1000.0)
+
+    def moved(*_: Any) -> Any:
+        return SimpleNamespace(verdict="moved")
+
+    monkeypatch.setattr(f"{of}.MOST_PHOTOS", most)
+    monkeypatch.setattr(f"{of}.two_body_equations", counted)
+    monkeypatch.setattr(f"{of}.explain", moved)
+    first = take(photos=24, points=80)
+    unknown = BodyMotion.unknown(24, None)
+    known = replace(unknown, movement=replace(unknown.movement, group=np.zeros(24, np.int64)))
+    assert not is_rigid_with_first(first.limb, first.room, known, [first.calibration])
+    assert asked == [most]
 
 
 def pairs_of(third: Scene, photos: tuple[int, ...]) -> list[PairMatches]:
