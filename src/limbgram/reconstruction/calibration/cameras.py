@@ -390,18 +390,25 @@ def _differences(group: CameraGroup, calibration: Calibration) -> tuple[bool, ..
 def _cut_out(whole: Calibration, group: CameraGroup) -> Calibration:
     """The lens of pictures that were cut out of those of a calibration, and perhaps reduced.
 
-    Where they were cut nobody knows: the principal point is as likely anywhere that leaves room.
+    Where they were cut nobody knows: the principal point is as likely anywhere that leaves room. An
+    upright part of a broad picture may have been cut from it as it is, or turned first.
     """
+    unturned_px = room_px = _room_px(whole.camera, group)
     if _is_turned(group, whole.camera):
         whole = _turned(whole)
+        room_px = _room_px(whole.camera, group)
     camera = whole.camera
-    spare_px = np.array(
-        [camera.width_px - group.width_px, camera.height_px - group.height_px], np.float64
-    )
     packed = camera.packed.copy()
-    packed[[2, 3]] -= 0.5 * spare_px
+    packed[[2, 3]] -= 0.5 * room_px
     cut = replace(camera, width_px=group.width_px, height_px=group.height_px)
-    return _loosened(replace(whole, camera=cut.with_parameters(packed)), spare_px / np.sqrt(12.0))
+    if (unturned_px >= 0.0).all():
+        room_px = np.maximum(room_px, unturned_px)
+    return _loosened(replace(whole, camera=cut.with_parameters(packed)), room_px / np.sqrt(12.0))
+
+
+def _room_px(camera: Camera, part: CameraGroup) -> Float64[np.ndarray, "2"]:
+    """How far a part of a picture may lie aside and down in it; negative where it is larger."""
+    return np.array([camera.width_px - part.width_px, camera.height_px - part.height_px], float)
 
 
 def cut_lens(copy: Calibration) -> Calibration:

@@ -113,6 +113,20 @@ def test_photos_that_were_cut_hold_the_true_lens_wherever_they_were_cut(
         cameras_for(photo_set(size), [calibrated()])
 
 
+@pytest.mark.parametrize("left", [0, 1300, 2752])
+def test_an_upright_part_of_a_broad_picture_holds_the_true_lens_wherever_it_was_cut(
+    left: int,
+) -> None:
+    """A limb that stands upright in it: the part fits as it is, and turned by a quarter too."""
+    _, cut = cameras_for(photo_set((4752, 3168), (2000, 2800)), [calibrated()]).calibrations
+    true = calibrated().camera
+    off = np.array([cut.camera.cx, cut.camera.cy]) - [true.cx - left, true.cy - 100]
+    assert (np.abs(off) < 2.0 * cut.sigmas[[2, 3]]).all()
+    _, turned = cameras_for(photo_set((4752, 3168), (2000, 4000)), [calibrated()]).calibrations
+    room_px = np.array([3168 - 2000, 4752 - 4000])
+    assert turned.sigmas[2:4] == pytest.approx(room_px / np.sqrt(12.0), rel=1e-3)
+
+
 def test_photos_that_were_cut_without_a_calibration_have_the_focal_length_of_whole_ones() -> None:
     whole, cut = cameras_for(photo_set((4752, 3168), (2400, 2100)), []).calibrations
     assert cut.camera.fx == pytest.approx(whole.camera.fx)
