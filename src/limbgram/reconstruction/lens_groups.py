@@ -25,7 +25,12 @@ from typing import NamedTuple
 import numpy as np
 
 from limbgram.core.errors import PlacementError
-from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cut_lens
+from limbgram.reconstruction.calibration.cameras import (
+    Calibration,
+    Cameras,
+    cut_lens,
+    wide_covariance,
+)
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.placement import MappingOptions, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
@@ -162,7 +167,5 @@ def _log_focal(scene: Scene, photos: PhotoSet, group: int) -> _LogFocal | None:
 
 def _with_focal(guess: Calibration, focal_px: float) -> Calibration:
     """The guessed lens with this focal length, known as far as photos told it."""
-    covariance = guess.covariance.copy()
-    covariance[:2, :2] *= (_FIRM * focal_px) ** 2 / covariance[0, 0]
     camera = replace(guess.camera, fx=focal_px, fy=focal_px)
-    return replace(guess, camera=camera, covariance=covariance)
+    return replace(guess, camera=camera, covariance=wide_covariance(camera, _FIRM))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.lens import LENS_SIZE, Camera
+from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     Cameras,
@@ -27,6 +27,7 @@ from limbgram.synthetic.truth import SurfacePoints, Truth, ideal_camera
 
 PHOTOS, POINTS, NOISE_PX = 14, 500, 0.1
 LONGER = 2.0
+K1, K2 = map(PARAMETERS.index, ("k1", "k2"))
 OPTIONS = replace(
     SMALL, photos=PHOTOS, calibration_photos=0, lens=PHONE, width_px=800, height_px=600,
     distance_mm=500.0,
@@ -136,6 +137,11 @@ def test_two_lenses_are_told_by_the_photos(long: set[int]) -> None:
     assert longer == pytest.approx(times, rel=0.03)
     first, second = (one.camera for one in found.cameras.calibrations)
     assert second.fx / first.fx == pytest.approx(times, rel=0.03)
+    for one in found.cameras.calibrations:
+        corner = 0.5 * float(np.hypot(800, 600)) / one.camera.fx
+        assert one.sigmas[0] / one.camera.fx == pytest.approx(0.05)
+        told = corner ** np.array([2, 4]) * one.sigmas[[K1, K2]]
+        assert told == pytest.approx([0.02, 0.02]), "as open at the corner as any other lens is"
 
 
 def test_a_photo_without_a_place_is_not_said_to_be_of_the_rarer_lens() -> None:

@@ -206,7 +206,7 @@ def from_exif(group: CameraGroup) -> Calibration:
     )
     return Calibration(
         camera=camera,
-        covariance=_wide_covariance(camera, guess.relative_sigma),
+        covariance=wide_covariance(camera, guess.relative_sigma),
         source=guess.source,
         label=label_of(group.exif),
         focal_mm=group.exif.focal_mm,
@@ -290,8 +290,11 @@ def _sensor_mm(exif: Exif) -> float | None:
     return None
 
 
-def _wide_covariance(camera: Camera, relative_sigma: float) -> Float64[np.ndarray, "lens lens"]:
-    """Pixels are square to a thousandth; skew and what `DISTORTION` says is held at zero."""
+def wide_covariance(camera: Camera, relative_sigma: float) -> Float64[np.ndarray, "lens lens"]:
+    """Of a lens that no board calibrated, its focal length known with this relative sigma.
+
+    Pixels are square to a thousandth; skew and what `DISTORTION` says is held at zero.
+    """
     corner = 0.5 * float(np.hypot(camera.width_px, camera.height_px)) / camera.fx
     focal = (relative_sigma * camera.fx) ** 2
     centre = (_SIGMA_CENTRE * max(camera.width_px, camera.height_px)) ** 2
