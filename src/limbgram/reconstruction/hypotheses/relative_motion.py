@@ -25,6 +25,7 @@ from limbgram.reconstruction.hypotheses.search import explain
 from limbgram.reconstruction.hypotheses.search_result import SearchResult
 from limbgram.reconstruction.hypotheses.two_body_equations import (
     MIN_FIRM_POINTS,
+    TwoBodyEquations,
     two_body_equations,
 )
 from limbgram.reconstruction.mapping.body_motion import (
@@ -76,7 +77,7 @@ def movement_between(
         ]
         if not displaced:
             return _with_interpolated(
-                _body_motion(found, equations.centre, len(first.names)),
+                _body_motion(found, equations, floor, len(first.names)),
                 {*both} - {*_evenly_sampled(both)},
             )
         photos = tuple(photo for photo in photos if photo not in displaced)
@@ -136,7 +137,9 @@ def is_rigid_with_first(
     return deviance > -2.0 * float(np.log(SIGNIFICANCE_LEVEL))
 
 
-def _body_motion(found: SearchResult, centre: Float64[np.ndarray, "3"], photos: int) -> BodyMotion:
+def _body_motion(
+    found: SearchResult, equations: TwoBodyEquations, floor: float, photos: int
+) -> BodyMotion:
     """The motion by photo that a search result amounts to."""
     known = np.array(found.photos)
     facts = tuple(one for one in found.facts if one.kind != "photo")
@@ -156,9 +159,13 @@ def _body_motion(found: SearchResult, centre: Float64[np.ndarray, "3"], photos: 
     kind: Literal["still", "step", "drift", "restless", "unclear"] = "still"
     if facts:
         kind = _kind(facts) if found.course_known else "unclear"
-        group[known] = _groups(found.motions) if kind == "step" else np.arange(len(known))
-        reference = _reference(kind, group[known])
-        off = found.motions - (found.motions[reference] if reference >= 0 else 0.0)
+        own = shown = np.arange(len(known))
+        if kind == "step":
+            shown = _same_place(found.motions, equations.radius, floor)
+            own = np.unique(shown, return_inverse=True)[1]
+        group[known] = own
+        reference, places = _reference(kind, own), found.motions[shown]
+        off = places - (places[reference] if reference >= 0 else 0.0)
         motions[known] = off
         shift[known] = np.linalg.norm(off[:, 3:], axis=1)
         turn[known] = np.degrees(np.linalg.norm(off[:, :3], axis=1))
@@ -174,7 +181,7 @@ def _body_motion(found: SearchResult, centre: Float64[np.ndarray, "3"], photos: 
         explanations=found.explanations,
         instead_of_lenses=found.instead_of_lenses,
     )
-    return BodyMotion(movement=movement, middle=centre, motions=motions)
+    return BodyMotion(movement=movement, middle=equations.centre, motions=motions)
 
 
 def _kind(facts: tuple[Explanation, ...]) -> Literal["step", "drift", "restless"]:
@@ -183,10 +190,23 @@ def _kind(facts: tuple[Explanation, ...]) -> Literal["step", "drift", "restless"
     return "restless" if "sway" in kinds else "drift" if "drift" in kinds else "step"
 
 
-def _groups(motions: Float64[np.ndarray, "n 6"]) -> Int64[np.ndarray, " n"]:
-    """By photo, the number of its run of photos between steps."""
-    changes = np.abs(np.diff(motions, axis=0)).max(axis=1) > 0.0
-    return np.concatenate([[0], np.cumsum(changes)]).astype(np.int64)
+def _same_place(
+    motions: Float64[np.ndarray, "n 6"], radius: float, floor: float
+) -> Int64[np.ndarray, " n"]:
+    """By photo, the first one that shows the body where it does: no point is off by what matters.
+
+    After steps away and back it lies where it lay before.
+    """
+    weights = np.repeat([radius, 1.0], MOTION_SIZE // 2)
+    shown: list[int] = []
+    for photo, motion in enumerate(motions):
+        alike = (
+            one
+            for one in dict.fromkeys(shown)
+            if np.linalg.norm(weights * (motion - motions[one])) < floor
+        )
+        shown.append(next(alike, photo))
+    return np.array(shown, np.int64)
 
 
 def _reference(kind: str, group: Int64[np.ndarray, " n"]) -> int:

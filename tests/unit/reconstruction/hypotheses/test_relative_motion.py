@@ -15,7 +15,7 @@ from limbgram.reconstruction.mapping.body_motion import BodyMotion, connected_ph
 from limbgram.reconstruction.mapping.placement import without_photos
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
-from limbgram.reconstruction.movement import third_moved
+from limbgram.reconstruction.movement import moved_photos, third_moved
 
 Take = Callable[..., Any]
 N = 14
@@ -49,6 +49,18 @@ def test_the_largest_shift_is_between_any_two_photos(take: Take) -> None:
     assert found.largest == pytest.approx(6.0, abs=0.2)
     assert np.nanmax(found.shift) == pytest.approx(3.0, abs=0.2)
     assert found.scaled(2.0).largest == pytest.approx(12.0, abs=0.4)
+
+
+def test_a_body_that_came_back_lies_where_it_lay(take: Take) -> None:
+    """Only the photos between both steps show it elsewhere."""
+    motions = np.zeros((N, 6))
+    motions[5:9, 3:] = 3.0 * ALONG
+    found = seen(take(motions=motions))
+    assert found.movement.kind == "step"
+    assert found.movement.group.tolist() == [0] * 5 + [1] * 4 + [0] * 5
+    assert moved_photos(found.movement, tuple(map(str, range(N)))) == ("5", "6", "7", "8")
+    assert not found.motions[9:].any()
+    assert found.movement.largest == pytest.approx(3.0, abs=0.2)
 
 
 def test_what_is_not_decided_is_unknown_and_does_not_fit(take: Take) -> None:
