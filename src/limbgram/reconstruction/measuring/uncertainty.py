@@ -23,8 +23,8 @@ Method  Noise: the right-hand side of each photo, solved through the thin plate,
         Shared: a photo moved by p sees another point of the tangent plane, s_k p away; the surface
         moves by -sum (t_k - t)'(s_k - s) / sum |t_k - t|^2 to make the photos agree again, t_k
         being how far along the plane photo k moves for a millimetre along the normal, t and s
-        their means (for isotropic texture). The board sets the scale in each case anew, and rigid
-        motions of the whole surface are removed: they do not change its shape.
+        their means (for isotropic texture). Board or known lengths set the scale in each case
+        anew, and rigid motions of the whole surface are removed: they do not change its shape.
         Faces: photos are sampled all over the flat faces, whose middles therefore lie as deep in
         the limb as their vertices stand out of it; a fifth of the chordal deviation remains.
         Gaps: depth maps span the gaps between paint as chords do, all with the same sign, and the
@@ -620,7 +620,7 @@ def shared_errors(
 
     root = _covariance_root(covariance)
     by_cameras = metric.scale.by_cameras
-    if by_cameras is None:  # the scale does not depend on the cameras
+    if by_cameras is None:  # no length that these cameras measured sets the scale
         rigid_moves = np.hstack([rigid_moves, growth[:, None]])
         by_cameras = np.zeros(len(root))
     sampled_moves = _displacements(

@@ -57,7 +57,8 @@ class Scale:
     """What may have stretched the scene; and the board, beside its print."""
     by_cameras: Float64[np.ndarray, " u"] | None = None
     """How much larger, as a fraction, the scene would be for one unit of each number of
-    `Scene.camera_covariance`, because the known lengths are measured by the same cameras."""
+    `Scene.camera_covariance`, because the known lengths are measured by the same cameras; None
+    where there is no scale or no covariance."""
     lengths: tuple[LengthCheck, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
     """Boards, markers or distances that were not used, and why."""

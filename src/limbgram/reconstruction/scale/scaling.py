@@ -265,7 +265,8 @@ def _scaled(
     if scene_board is not None:
         metric = _on_board(scene, aim, scene_board, mm_per_unit, scale)
         return _with_sensitivity(metric, scene_board, detections)
-    return _on_floor(scene, aim, turns, mm_per_unit, scale, options.seed)
+    metric = _on_floor(scene, aim, turns, mm_per_unit, scale, options.seed)
+    return _with_sensitivity_of_lengths(metric, distances)
 
 
 def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"], scene: Scene) -> Scale:
@@ -304,6 +305,16 @@ def _with_sensitivity(
         metric.scene, detections, world_from_board.apply(detections.corners_mm)
     )
     return replace(metric, scale=replace(metric.scale, by_cameras=by_cameras))
+
+
+def _with_sensitivity_of_lengths(
+    metric: MetricScene, distances: Sequence[KnownDistance]
+) -> MetricScene:
+    """The same for a scale that is set by known distances; as it is without a covariance."""
+    ruler = measure_distances(metric.scene, distances, _PICK_SIGMA_PX, all_check=False)
+    if ruler.by_cameras is None:
+        return metric
+    return replace(metric, scale=replace(metric.scale, by_cameras=-ruler.by_cameras))
 
 
 def _on_board(

@@ -92,6 +92,27 @@ def test_how_a_lens_lengthens_a_typed_length(capture, number: int) -> None:
     assert found.units_per_mm / ruler.units_per_mm - 1 == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.parametrize("number", [0, 2, 5])
+def test_a_scale_by_distances_depends_on_the_cameras_that_measured_them(
+    capture, number: int
+) -> None:
+    """A lens that lengthens the distance makes all else that much smaller."""
+    unknowns = POSE_SIZE * len(capture.scene.placed) + LENS_SIZE
+    known = replace(capture.scene, camera_covariance=np.zeros((unknowns, unknowns)))
+    given = both(capture)[:1]
+    metric = to_millimetres(known, None, given)
+    (lens,) = known.cameras
+    step = (0.5, 0.0, 0.5, 0.0, 0.0, 1e-4)[number]
+    packed = lens.packed.copy()
+    packed[number] += step
+    other = to_millimetres(replace(known, cameras=(lens.with_parameters(packed),)), None, given)
+    grown = world_from_room(other, capture).scale / world_from_room(metric, capture).scale - 1
+    assert metric.scale.by_cameras is not None
+    expected = metric.scale.by_cameras[POSE_SIZE * len(known.placed) + number] * step
+    assert abs(expected) > 1e-9
+    assert grown == pytest.approx(expected, rel=0.02)
+
+
 def test_sigma_follows_the_picks(capture) -> None:
     """Rays 1.5 m long, 0.27 mm per pixel: half a pixel on 120 mm is about a thousandth."""
     coarse, fine = (
