@@ -7,7 +7,8 @@ Method  The case is made by its killable process (`job_supervision`), as `limbgr
         has it made. A finished capture is not begun again while its files, the request, the program
         and every byte of the result are unchanged. Else the case computes what is missing, and each
         step is run again if what it reads has changed. An alignment that was corrected by hand
-        since is kept, and the steps after it start from it.
+        since is kept, and the steps after it start from it. What a step wrote goes with the surface
+        that it was made from, and where the step is not tried or not asked for any more.
 """
 
 import hashlib
@@ -266,8 +267,14 @@ def _made(
     with gate.hold(need_mb(job.sources), stopping):
         _wait_until_free(case, stopping)
         supervision = Supervision(job, listener, grace_s=grace_s)
-        with stopping.calling(supervision.stop):
-            supervision.wait()
+        try:
+            with stopping.calling(supervision.stop):
+                supervision.wait()
+        finally:
+            if not surface_of(case.deliverables).is_file():
+                _remove_outputs(case, [step.name for step in earlier.steps])
+    planned = {step.name for step in plan.steps}
+    _remove_outputs(case, [step.name for step in earlier.steps if step.name not in planned])
     steps = tuple(_run_steps(plan, case, earlier, listener, stopping))
     complete = all(step.state in ("done", "kept") for step in steps)
     _write_batch_record(case, _BatchRecord(key=key if complete else "", steps=steps))
@@ -421,6 +428,7 @@ def _run_steps(
     for step in plan.steps:
         stopping.check()
         if broken is not None:
+            _remove_outputs(case, [step.name])
             why = fault("batch.not_tried", step=broken.name)
             yield replace(broken, name=step.name, finding=why, files=(), key="")
             continue
@@ -436,6 +444,14 @@ def _run_steps(
             broken = outcome if step.kind in ("align", "recipe") else None
         elif step.kind == "recipe":
             shape = edited
+
+
+def _remove_outputs(case: CaseFolder, names: Sequence[str]) -> None:
+    """Remove what steps wrote for a surface that is no more, or that nobody asks for any more."""
+    root = batch_folder(case).root
+    for folder in root.iterdir() if root.is_dir() else ():
+        if folder.name in names and folder.is_dir():
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _run_or_keep(

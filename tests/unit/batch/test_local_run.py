@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,6 +25,7 @@ from limbgram.batch.captures import Capture
 from limbgram.batch.local_run import BatchOptions, BatchRun
 from limbgram.batch.memory import MemoryGate, need_mb
 from limbgram.batch.processors import processors_for
+from limbgram.batch.steps import Step, StepRefused, StepReply
 from limbgram.batch.stopping import Stopping
 from limbgram.batch.table import earlier_outcomes, write_table
 from limbgram.cases.child_process import Event
@@ -316,6 +318,69 @@ def test_what_a_surface_was_made_without_is_told(
     page = (tmp_path / "batch.html").read_text("utf-8")
     assert "Left out" in page
     assert "the file is cut off" in page
+
+
+def earlier_batch(case: Path, *steps: str) -> list[Path]:
+    """Files that steps of an earlier batch wrote, with its record of them."""
+    files = [case / "batch" / step / f"{step}.stl" for step in steps]
+    written: list[dict[str, Any]] = []
+    for step, file in zip(steps, files, strict=True):
+        file.parent.mkdir(parents=True)
+        file.write_text("of the earlier surface")
+        place = file.relative_to(case).as_posix()
+        written.append({"name": step, "state": "done", "files": [{"path": place, "sha256": "0"}]})
+    record = {"schema": "limbgram-batch-case/1", "key": "earlier", "steps": written}
+    (case / "batch" / "done.json").write_text(json.dumps(record), "utf-8")
+    CaseFolder(case).record.write_text("{}", "utf-8")
+    return files
+
+
+def test_what_steps_made_of_a_surface_goes_with_it(
+    run: Callable[..., BatchRun], tmp_path: Path
+) -> None:
+    """Other photos are refused: an export of the earlier ones is no answer to them."""
+    batch = run({"a": "refuse"}, lambda _: None)
+    case = tmp_path / "out" / "a"
+    (file,) = earlier_batch(case, "export-1-stl")
+    (case / "batch" / "mine").mkdir()
+    assert states(batch.wait()) == {"a": ("refused", 4, 1)}
+    assert not file.exists()
+    assert (case / "batch" / "mine").is_dir()
+
+
+def test_what_steps_made_stays_while_the_surface_stands(
+    run: Callable[..., BatchRun], tmp_path: Path
+) -> None:
+    batch = run({"a": "refuse"}, lambda _: None)
+    case = tmp_path / "out" / "a"
+    (file,) = earlier_batch(case, "export-1-stl")
+    (case / "deliverables").mkdir()
+    (case / "deliverables" / "surface-RED.ply").write_text("it stands")
+    assert states(batch.wait()) == {"a": ("refused", 4, 1)}
+    assert file.is_file()
+
+
+def test_steps_that_are_not_tried_or_not_asked_for_leave_nothing_of_before(
+    run: Callable[..., BatchRun], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> StepReply:
+        raise StepRefused("said.as_is", message="No landmark.")
+
+    monkeypatch.setattr(attempting, "run_step", refuse)
+    batch = run({"a": "green"}, lambda _: None)
+    case = tmp_path / "out" / "a"
+    earlier = earlier_batch(case, "export-1-stl", "export-2-dxf")
+    (case / "deliverables").mkdir()
+    (case / "deliverables" / "surface.ply").write_text("the new one")
+    align = Step(name="align", kind="align", words=("align", "{surface}"))
+    export = Step(name="export-1-stl", kind="export", words=("export", "{shape}", "-o", "{out}/a"))
+    batch.plans = [replace(plan, steps=(align, export)) for plan in batch.plans]
+    (outcome,) = batch.wait()
+    assert [(one.name, one.state) for one in outcome.steps] == [
+        ("align", "refused"),
+        ("export-1-stl", "refused"),
+    ]
+    assert not any(file.exists() for file in earlier)
 
 
 def test_a_capture_that_another_batch_works_on_is_left_to_it(
