@@ -267,7 +267,7 @@ def find_board(photos: PhotoSet, board: Board) -> BoardDetections:
         return _with_checked_ratio(found, read, board)
     other_pattern = replace(board, legacy=as_taken.marker_first)
     if as_taken.is_of(other_pattern):
-        return _detect(photos, other_pattern)
+        return _with_checked_ratio(_detect(photos, other_pattern), read, other_pattern)
     other_layout = fault(
         "board.other_layout",
         columns=as_taken.columns,

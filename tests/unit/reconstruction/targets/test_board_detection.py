@@ -213,6 +213,17 @@ def test_markers_that_fill_another_part_of_their_squares_are_of_another_board(
     assert found.cause.values["fitting_mm"] == pytest.approx(printed.marker_mm, abs=0.3)
 
 
+def test_a_board_in_the_other_pattern_must_have_the_given_ratio_too(
+    paint: Callable[..., np.ndarray], tmp_path: Path
+) -> None:
+    printed = board("8x6", legacy=True)
+    photos = photos_of(tmp_path, painted(paint, printed))
+    found = find_board(photos, replace(board("8x6"), marker_mm=6.2))
+    assert not found.photos
+    assert found.cause is not None
+    assert found.cause.code == "board.other_ratio"
+
+
 @pytest.mark.parametrize(
     "off", [-0.02, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.0, 0.02))]
 )
