@@ -28,6 +28,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 from PIL.ExifTags import IFD, Base
 from PIL.ImageFile import ImageFile
+from PIL.TiffImagePlugin import TiffImageFile
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import ColourImage, GreyImage
@@ -41,6 +42,7 @@ from limbgram.reconstruction.photos.heif import (
 )
 from limbgram.reconstruction.photos.photo import Exif, Photo
 from limbgram.reconstruction.photos.raw import BAD_RAW, HAS_RAW, NO_RAW, RAW_SUFFIXES, RawPicture
+from limbgram.reconstruction.photos.tiff import as_stored
 
 _BIT_DEPTHS = (8, 10, 12, 14, 16)
 _LARGEST_TAGS = (341, 281)
@@ -217,7 +219,8 @@ def open_picture(path: Path) -> ImageFile:
         return RawPicture(path)
     if HAS_HEIF and is_heif(path):
         return HeifPicture(path)
-    return Image.open(path, formats=FORMATS)
+    picture = Image.open(path, formats=FORMATS)
+    return as_stored(picture) if isinstance(picture, TiffImageFile) else picture
 
 
 def is_heif(path: Path) -> bool:

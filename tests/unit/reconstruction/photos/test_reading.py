@@ -102,6 +102,30 @@ def test_a_picture_that_cannot_be_in_its_file_is_set_aside(
     assert "589826 x 96 pixels are not in its" in told(found.set_aside[0].reason)
 
 
+@pytest.mark.parametrize("orientation", [2, 3, 5, 6, 8])
+@pytest.mark.parametrize(
+    ("mode", "compression"), [("RGB", None), ("RGB", "tiff_lzw"), ("L", None), ("I;16", None)]
+)
+def test_a_tiff_is_read_in_the_frame_of_its_sensor_as_a_png_is(
+    mode: str, compression: str | None, orientation: int, tmp_path: Path
+) -> None:
+    grey = np.random.default_rng(7).integers(0, 200, (80, 120)).astype(np.uint8)
+    grey[0, 0] = 255
+    stored = grey.astype(np.uint16) << 8 if mode == "I;16" else grey
+    picture = Image.fromarray(stored)
+    picture = picture.convert("RGB") if mode == "RGB" else picture
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    picture.save(tmp_path / "a.png", exif=exif)
+    picture.save(tmp_path / "b.tif", exif=exif, compression=compression)
+    other, photo = read_photos([tmp_path]).photos
+    assert (photo.width_px, photo.height_px) == (120, 80)
+    assert photo.exif == other.exif
+    assert (photo.exif.quarter_turns, photo.exif.mirrored) != (0, False)
+    np.testing.assert_array_equal(load_luma(photo), grey)
+    np.testing.assert_array_equal(load_colour(photo)[:, :, 1], grey)
+
+
 def test_luma_is_the_weighted_mean_of_the_colours(write_photo: Writer, tmp_path: Path) -> None:
     write_photo("1.jpg", 1)
     write_photo("2.png", 2)
