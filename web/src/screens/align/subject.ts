@@ -14,6 +14,7 @@ export interface Subject {
   readonly viewer: RefObject<Viewer | null>;
   readonly limb: Limb | null;
   readonly asked: ReturnType<typeof useLimb>["asked"];
+  /** As the case says them; a case that was aligned elsewhere says nothing. */
   readonly kind: Schemas["Align"]["kind"] | null;
   readonly side: Schemas["Align"]["side"] | null;
   readonly aligned: boolean;
@@ -33,7 +34,7 @@ export function useSubject(openCase: OpenCase): Subject {
     const before = asked.value.value;
     if (before) asked.put({ ...before, reply });
   };
-  const kind = limb?.reply.kind ?? openCase.info.kind ?? null;
-  const side = limb?.reply.side ?? openCase.info.side ?? null;
+  const kind = openCase.info.kind ?? limb?.reply.kind ?? null;
+  const side = openCase.info.side ?? limb?.reply.side ?? null;
   return { openCase, viewer, limb, asked, kind, side, aligned: limb?.reply.aligned ?? false, saved, act, take };
 }
