@@ -26,6 +26,7 @@ from typing import Any, Literal, Protocol
 
 from limbgram.app.password_attempts import Attempts
 from limbgram.app.replies import refused
+from limbgram.cases.shelf import ID_PATTERN
 from limbgram.core.errors import CaseError, disk_finding
 from limbgram.findings import Finding, fault
 
@@ -65,6 +66,7 @@ _UNLOGGED_POSTS = frozenset(
     {"stay", "preview", "ask_point", "measure", "compare_with", "read_compared", "ask_check"}
 )
 """POST routes that change nothing, and are not logged."""
+_CASE_ID = re.compile(ID_PATTERN)
 _CONTENT_RANGE = re.compile(r"bytes \d{1,15}-(\d{1,15})/(\d{1,15})")
 _UPLOAD_PATH = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
 _POLICY = (
@@ -91,6 +93,8 @@ Asgi = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 
 Good = Callable[[], bool]
+LogEntry = tuple[str, str, str, str, int]
+"""User, address, act, case, status."""
 SessionState = Literal["none", "open", "locked"]
 
 
@@ -346,6 +350,7 @@ class Guard:
                 if line is not None:
                     try:
                         await asyncio.to_thread(diary.write, *line)
+                        _note_opened(line, signed)
                     except (OSError, CaseError) as error:
                         in_place = True
                         why = disk_finding(error) if isinstance(error, OSError) else error.finding
@@ -407,8 +412,8 @@ async def _nothing() -> Message:
 
 def _log_entry(
     scope: Scope, headers: dict[str, str], signed: Signed | None, status: int
-) -> tuple[str, str, str, str, int] | None:
-    """The log entry of a request: user, address, act, case, status; None if it is not logged.
+) -> LogEntry | None:
+    """The log entry of a request; None if it is not logged.
 
     Reads are not logged, except the first read of a case and all files that leave.
     """
@@ -416,16 +421,23 @@ def _log_entry(
     act = str(getattr(route, "name", "")) or "unknown"
     state: dict[str, Any] = scope.get("state", {})
     case = str(state.get("case", "") or scope.get("path_params", {}).get("case_id", ""))
+    case = case if _CASE_ID.fullmatch(case) else ""  # what a path says instead may be anything
     who = "" if signed is None else signed.who
     if scope["method"] in ("GET", "HEAD"):
-        if act == "read_case" and signed is not None and case not in signed.opened:
-            signed.opened.add(case)
-        elif act not in _LOGGED_READS:
+        first = act == "read_case" and signed is not None and case not in signed.opened
+        if not first and act not in _LOGGED_READS:
             return None
-    elif act in _UNLOGGED_POSTS or _has_more_pieces(headers):
+    elif act in _UNLOGGED_POSTS or (is_upload(scope) and _has_more_pieces(headers)):
         return None
     client = scope.get("client")
     return str(state.get("who", who)), client[0] if client else "", act, case, status
+
+
+def _note_opened(line: LogEntry, signed: Signed | None) -> None:
+    """Note that the log has the first read of a case; a read that was refused is none."""
+    _, _, act, case, status = line
+    if signed is not None and act == "read_case" and status < 400:
+        signed.opened.add(case)
 
 
 def _has_more_pieces(headers: dict[str, str]) -> bool:

@@ -335,6 +335,41 @@ def test_pieces_of_a_file_are_one_line(client: TestClient, app_state: AppState) 
     assert [act for _, act, _ in acts(app_state)].count("put_photo") == 1
 
 
+def test_only_a_file_comes_in_pieces(client: TestClient, app_state: AppState) -> None:
+    case = client.post(f"{API}/cases", json={}).json()["id"]
+    piece = {"content-range": "bytes 0-0/10"}
+    assert client.delete(f"{API}/cases/{case}", headers=piece).status_code == 204
+    assert acts(app_state)[-1] == (NAME, "delete_case", 204)
+
+
+def test_no_path_puts_words_into_the_log_or_breaks_it(
+    client: TestClient, app_state: AppState
+) -> None:
+    assert client.delete(f"{API}/cases/Frau Huber").status_code == 422
+    assert client.delete(f"{API}/cases/{'x' * 5000}").status_code == 422
+    client.post(f"{API}/cases", json={})
+    journal = Journal(app_state.shelf.root / "access")
+    assert b"uber" not in journal.file.read_bytes()
+    assert all(one.whole for one in journal.lines())
+    assert [act for _, act, _ in acts(app_state)] == [
+        "sign_in", "delete_case", "delete_case", "new_case"
+    ]  # fmt: skip
+
+
+def test_a_case_is_shown_once_the_log_has_that_it_was_opened(
+    client: TestClient, app_state: AppState, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    with monkeypatch.context() as meanwhile:
+        meanwhile.setattr(Journal, "write", full)
+        assert [client.get(case).status_code for _ in range(2)] == [507, 507]
+    assert [client.get(case).status_code for _ in range(2)] == [200, 200]
+    assert [act for _, act, _ in acts(app_state)] == ["sign_in", "new_case", "read_case"]
+
+
 def test_a_log_that_was_changed_says_where(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "access")
     for k in range(6):
