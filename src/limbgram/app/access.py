@@ -65,7 +65,9 @@ _LOGGED_READS = frozenset(
 _UNLOGGED_POSTS = frozenset(
     {"stay", "preview", "ask_point", "measure", "compare_with", "read_compared", "ask_check"}
 )
-"""POST routes that change nothing, and are not logged."""
+"""POST routes that change nothing, and are logged as reads are."""
+_SHOWS_LITTLE = frozenset({"read_thumbnail", "listen_to_case"})
+"""Reads that open no case: what the list shows, and that something changed."""
 _CASE_ID = re.compile(ID_PATTERN)
 _CONTENT_RANGE = re.compile(r"bytes \d{1,15}-(\d{1,15})/(\d{1,15})")
 _UPLOAD_PATH = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
@@ -350,7 +352,7 @@ class Guard:
                 if line is not None:
                     try:
                         await asyncio.to_thread(diary.write, *line)
-                        _note_opened(line, signed)
+                        _note_opened(scope, line, signed)
                     except (OSError, CaseError) as error:
                         in_place = True
                         why = disk_finding(error) if isinstance(error, OSError) else error.finding
@@ -415,7 +417,8 @@ def _log_entry(
 ) -> LogEntry | None:
     """The log entry of a request; None if it is not logged.
 
-    Reads are not logged, except the first read of a case and all files that leave.
+    Reads are not logged, except the first read of a case, by whatever route, and all files that
+    leave.
     """
     route = scope.get("route")
     act = str(getattr(route, "name", "")) or "unknown"
@@ -423,20 +426,24 @@ def _log_entry(
     case = str(state.get("case", "") or scope.get("path_params", {}).get("case_id", ""))
     case = case if _CASE_ID.fullmatch(case) else ""  # what a path says instead may be anything
     who = "" if signed is None else signed.who
-    if scope["method"] in ("GET", "HEAD"):
-        first = act == "read_case" and signed is not None and case not in signed.opened
-        if not first and act not in _LOGGED_READS:
+    if _reads(scope, act):
+        first = bool(case) and signed is not None and case not in signed.opened
+        if act not in _LOGGED_READS and (not first or act in _SHOWS_LITTLE):
             return None
-    elif act in _UNLOGGED_POSTS or (is_upload(scope) and _has_more_pieces(headers)):
+    elif is_upload(scope) and _has_more_pieces(headers):
         return None
     client = scope.get("client")
     return str(state.get("who", who)), client[0] if client else "", act, case, status
 
 
-def _note_opened(line: LogEntry, signed: Signed | None) -> None:
+def _reads(scope: Scope, act: str) -> bool:
+    return scope["method"] in ("GET", "HEAD") or act in _UNLOGGED_POSTS
+
+
+def _note_opened(scope: Scope, line: LogEntry, signed: Signed | None) -> None:
     """Note that the log has the first read of a case; a read that was refused is none."""
     _, _, act, case, status = line
-    if signed is not None and act == "read_case" and status < 400:
+    if signed is not None and case and _reads(scope, act) and status < 400:
         signed.opened.add(case)
 
 

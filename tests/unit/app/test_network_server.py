@@ -370,6 +370,24 @@ def test_a_case_is_shown_once_the_log_has_that_it_was_opened(
     assert [act for _, act, _ in acts(app_state)] == ["sign_in", "new_case", "read_case"]
 
 
+def test_a_case_is_opened_by_whatever_is_read_of_it_first(
+    client: TestClient, app_state: AppState
+) -> None:
+    """As by a bookmark of a photo."""
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    client.put(f"{case}/photos/a.jpg", content=b"no photo")
+    client.get(f"{case}/thumbnail")
+    client.get(f"{case}/photos")
+    client.get(f"{case}/photos/a.jpg/picture")
+    client.get(case)
+    assert [act for _, act, _ in acts(app_state)][2:] == ["put_photo", "list_photos"]
+    sign_in(client)
+    client.post(f"{case}/compare", json={})
+    client.get(f"{case}/contents")
+    client.get(f"{case}/photos")
+    assert [act for _, act, _ in acts(app_state)][5:] == ["compare_with", "list_contents"]
+
+
 def test_a_log_that_was_changed_says_where(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "access")
     for k in range(6):
