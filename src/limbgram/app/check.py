@@ -1,6 +1,7 @@
 """Check: whether the photos will do, told while the patient is still there."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any, Literal, cast
 
@@ -14,6 +15,7 @@ from limbgram.app.replies import FindingReply
 from limbgram.app.state import AppStateHere, CaseHere
 from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.uploads import Received
 from limbgram.findings import Finding
 from limbgram.formats.camera import read_camera
 
@@ -127,13 +129,12 @@ class Check(BaseModel):
 def read_check(app_state: AppStateHere, case: CaseHere) -> Check:
     """What the coach said last, and whether it is at work."""
     coach = app_state.live_checks.of(case)
-    here = len(app_state.intake(case).received())
     answered = coach.state in ("done", "refused")
     root = app_state.shelf.root
     why = None if coach.refusal is None else FindingReply.of(coach.refusal, root)
     return Check(
         state="refused" if answered and why else coach.state,
-        current=coach.photos == here and answered,
+        current=answered and coach.covers(_seen(app_state.intake(case).received())),
         photos=coach.photos,
         stage=coach.stage,
         took_s=coach.took_s,
@@ -147,7 +148,8 @@ def read_check(app_state: AppStateHere, case: CaseHere) -> Check:
 def ask_check(app_state: AppStateHere, case: CaseHere, given: AskCheck) -> Check:
     """Check the photos that are here; again after more have come."""
     # also those that cannot be used: whoever reads them says why
-    sources = tuple(case.received / one.name for one in app_state.intake(case).received())
+    received = app_state.intake(case).received()
+    sources = tuple(case.received / one.name for one in received)
     if not sources and case.folder.photos.is_dir():
         sources = (case.folder.photos,)
     cameras = camera_files(app_state, given.cameras)
@@ -158,6 +160,7 @@ def ask_check(app_state: AppStateHere, case: CaseHere, given: AskCheck) -> Check
             calibrations=tuple(read_camera(one) for one in cameras),
             camera_sha256=tuple(file_sha256(one) for one in cameras),
             board=None if given.board is None else given.board.board(),
+            seen=_seen(received),
         ),
     )
     return read_check(app_state, case)
@@ -167,3 +170,7 @@ def ask_check(app_state: AppStateHere, case: CaseHere, given: AskCheck) -> Check
 def stop_check(app_state: AppStateHere, case: CaseHere) -> None:
     """End the check that runs."""
     app_state.live_checks.of(case).cancel()
+
+
+def _seen(received: Iterable[Received]) -> frozenset[tuple[str, str]]:
+    return frozenset((one.name, one.kept_sha256) for one in received)

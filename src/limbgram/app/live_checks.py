@@ -34,6 +34,8 @@ class Asked:
     camera_sha256: tuple[str, ...]
     """Of the calibrations' files: what was found in the photos is valid for these alone."""
     board: Board | None
+    seen: frozenset[tuple[str, str]] = frozenset()
+    """Name and hash of each photo that was sent."""
 
     @property
     def kit(self) -> "Kit":
@@ -53,10 +55,12 @@ class LiveCheck:
     refusal: Finding | None = None
     """Why there is no answer."""
     stage: str = ""
-    photos: int = 0
-    """Files that the answer, or the running check, covers."""
     took_s: float = 0.0
     _next: Asked | None = None
+    _asked: Asked | None = None
+    """What the running check covers."""
+    _answered: Asked | None = None
+    """What the answer covers."""
     _run: Run | None = None
     _watch: CaptureWatch | None = None
     _watched: Kit | None = None
@@ -64,13 +68,23 @@ class LiveCheck:
     _release_after_check: bool = False
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
+    @property
+    def photos(self) -> int:
+        """Files that the running check, or else the answer, covers."""
+        asked = self._asked if self.state == "running" else self._answered
+        return 0 if asked is None else len(asked.sources)
+
+    def covers(self, seen: frozenset[tuple[str, str]]) -> bool:
+        """Whether these photos, and no others, are what the answer is about."""
+        return self._answered is not None and self._answered.seen == seen
+
     def ask(self, asked: Asked) -> None:
         """Check these photos, now or after the check that runs."""
         with self._lock:
             self._next, self._release_after_check = asked, False
             if self.state == "running":
                 return
-            self.state = "running"
+            self.state, self._asked = "running", asked
         threading.Thread(target=self._work, name="check", daemon=True).start()
 
     def cancel(self) -> None:
@@ -93,6 +107,7 @@ class LiveCheck:
         except BaseException:  # a bug: it passes on, after the state tells clients
             with self._lock:
                 self.state, self.found, self.refusal = "done", None, fault("coach.own_fault")
+                self._answered = self._asked
                 self._close_watch()
             raise
         finally:
@@ -109,7 +124,7 @@ class LiveCheck:
                         self._close_watch()
                     return
                 self._run = Run(listener=self._on_progress)
-                self.photos = len(asked.sources)
+                self._asked = asked
                 self.state = "running"
             self._check(asked, self._run)
             self.on_change()
@@ -126,6 +141,7 @@ class LiveCheck:
         except OSError as error:
             self.found, self.refusal = None, disk_finding(error)
         self.took_s = time.monotonic() - began
+        self._answered = asked
 
     def _answer(self, asked: Asked, run: Run) -> CaptureCheck:
         if any(is_video(source) for source in asked.sources):

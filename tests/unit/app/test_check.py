@@ -17,7 +17,7 @@ from PIL import Image
 
 from limbgram.app import live_checks
 from limbgram.capture.answer import CaptureCheck, CheckedPhoto
-from limbgram.core.errors import ScaleError
+from limbgram.core.errors import Cancelled, ScaleError
 from limbgram.findings import doubt, fault, told
 from limbgram.formats.board_file import read_board, write_board
 from limbgram.formats.printed_size import PrintedSize, Reading
@@ -121,6 +121,36 @@ def test_a_further_photo_goes_to_what_is_known_already(
     assert client.get(f"{case}/check").json()["current"] is False
     checked(client, case)
     assert [watch.checks for watch in watches] == [[2, 3]]
+
+
+@pytest.mark.usefixtures("watches")
+def test_an_answer_is_of_these_photos_and_not_of_as_many_others(client: TestClient) -> None:
+    case = case_with_photos(client, 2)
+    assert checked(client, case)["current"]
+    client.delete(f"{case}/photos/1.png")
+    add_photo(client, case, 2)
+    assert not client.get(f"{case}/check").json()["current"], "another one came for it"
+    assert checked(client, case)["current"]
+    first, second = (client.get(f"{case}/photos/{k}.png/file").content for k in (0, 2))
+    client.put(f"{case}/photos/2.png?replace=true", content=first)
+    assert not client.get(f"{case}/check").json()["current"], "it was replaced"
+    client.put(f"{case}/photos/2.png?replace=true", content=second)
+    assert client.get(f"{case}/check").json()["current"]
+
+
+@pytest.mark.usefixtures("watches")
+def test_the_answer_that_stays_when_the_next_check_is_ended_is_not_of_its_photos(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ended(*_: object) -> None:
+        raise Cancelled("job.run_stopped")
+
+    case = case_with_photos(client, 2)
+    assert checked(client, case)["photos"] == 2
+    add_photo(client, case, 2)
+    monkeypatch.setattr(Watch, "check", ended)
+    told = checked(client, case)
+    assert (told["message"], told["photos"], told["current"]) == ("No answer.", 2, False)
 
 
 @pytest.mark.usefixtures("watches")
