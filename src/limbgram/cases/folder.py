@@ -155,7 +155,8 @@ def take_in(
     A copy shares its bytes with the original where the disk can do so until one of them changes
     (never a hard link: altered in place, the original would change the case). Photos of an earlier
     run that are not among the sources are moved to CASE/photos-left-out, where none takes the place
-    of another.
+    of another; so are those of a name that another photo has by now within the case itself, where
+    the app receives photos and films are taken apart.
 
     Args:
         masks: Folder of masks that take the place of those beside the photos.
@@ -183,10 +184,15 @@ def take_in(
     for kept in sorted(case.photos.rglob("*")):
         name = kept.relative_to(case.photos)
         if kept.is_file() and name not in wanted:
-            aside = _place_aside(case.left_out / name, kept)
-            aside.parent.mkdir(parents=True, exist_ok=True)
-            kept.replace(aside)
+            _move_aside(case, name)
     return tuple(set_aside)
+
+
+def _move_aside(case: CaseFolder, name: Path) -> None:
+    """Move a photo of the case to those that are left out."""
+    aside = _place_aside(case.left_out / name, case.photos / name)
+    aside.parent.mkdir(parents=True, exist_ok=True)
+    (case.photos / name).replace(aside)
 
 
 def _place_aside(wanted: Path, file: Path) -> Path:
@@ -247,9 +253,11 @@ def _copy_in(case: CaseFolder, source: Path, name: Path) -> Finding | None:
             return None
         same = file_sha256(kept) == sha256
         if not same and name.parent.name != MASKS_FOLDER:  # masks are corrected again and again
-            raise CaseError(
-                "case.other_photo", name=str(name), folder=str(case.photos), photo=str(source)
-            )
+            if not source.resolve().is_relative_to(case.root.resolve()):
+                raise CaseError(
+                    "case.other_photo", name=str(name), folder=str(case.photos), photo=str(source)
+                )
+            _move_aside(case, name)  # replaced where the case received it
         if same and not kept.samefile(source):
             return None
     kept.parent.mkdir(parents=True, exist_ok=True)

@@ -346,3 +346,15 @@ def test_what_the_system_says_becomes_advice(tmp_path: Path, number: int, told: 
 def test_a_fault_of_ours_stays_one(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="cut off"), with_disk_advice(CaseFolder(tmp_path)):
         raise OSError("image file is cut off")
+
+
+def test_a_photo_that_was_replaced_where_the_case_received_it_is_computed(tmp_path: Path) -> None:
+    """As in the app, where a blurred photo gives way to another one of its name."""
+    case = CaseFolder(tmp_path / "case")
+    received = case.root / "received"
+    received.mkdir(parents=True)
+    for content in (b"blurred", b"sharp"):
+        (received / "1.jpg").write_bytes(content)
+        take_in(case, [received / "1.jpg"])
+        assert (case.photos / "1.jpg").read_bytes() == content
+    assert (case.left_out / "1.jpg").read_bytes() == b"blurred"
