@@ -363,8 +363,17 @@ def case_reply(app_state: AppState, case: ShelvedCase) -> Case:
         steps=steps,
         next=_next(steps),
         bytes=seen.bytes,
-        thumbnail=None if case.thumbnail is None else f"/api/v1/cases/{case.case_id}/thumbnail",
+        thumbnail=_thumbnail_address(case),
     )
+
+
+def _thumbnail_address(case: ShelvedCase) -> str | None:
+    """Where the picture is: another one once it was drawn anew, which no browser has yet."""
+    try:
+        drawn = case.folder.surface_picture.stat().st_mtime_ns
+    except OSError:  # none, or moved aside just now
+        return None
+    return f"/api/v1/cases/{case.case_id}/thumbnail?drawn={drawn:x}"
 
 
 def _listed(app_state: AppState, case: ShelvedCase) -> tuple[Case, Overview] | None:

@@ -204,6 +204,22 @@ def test_the_thumbnail_is_the_first_view_alone_without_a_ground(
     assert np.abs(drawn[1:-1, 1:-1] - (200, 30, 30, 255)).max() <= 2
 
 
+def test_a_picture_that_was_drawn_anew_lies_where_no_browser_has_one(
+    client: TestClient, app_state: AppState
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    assert client.get(f"{API}/cases/{case_id}").json()["thumbnail"] is None
+    picture = app_state.shelf.case(case_id).folder.surface_picture
+    picture.parent.mkdir()
+    found: list[str] = []
+    for second in (1, 2):
+        Image.new("RGB", (400, 200), (90, 90 * second, 90)).save(picture)
+        os.utime(picture, (second, second))
+        found.append(client.get(f"{API}/cases/{case_id}").json()["thumbnail"])
+        assert client.get(found[-1]).status_code == 200
+    assert found[0] != found[1]
+
+
 @pytest.mark.parametrize("note", ["a\nb", "a\u202eb"], ids=["two lines", "turned round"])
 def test_a_case_whose_note_is_refused_leaves_nothing_behind(
     client: TestClient, app_state: AppState, note: str

@@ -7,7 +7,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 
-import { ROOT, type Schemas, answerOf, api, link } from "../api/client";
+import { type Schemas, answerOf, api, link } from "../api/client";
 import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Notice, SideBadge } from "../design/parts";
@@ -17,6 +17,7 @@ import { useQuery } from "../state/requests";
 import { type Upload, outstanding, send, uploadName } from "../state/uploads";
 import { t } from "../texts";
 import { additions, dialOf } from "./capture";
+import { pictureOf } from "./photo-picture";
 import { RefusedFiles } from "./refused-files";
 import { Dial } from "./dial";
 import { checkWords, coachWords, remarkWords } from "./coach-words";
@@ -237,7 +238,7 @@ function ToTakeAgain({ id, photo, number, said }: { id: string; photo: Schemas["
   if (!unusable && (said === undefined || said.counts)) return null;
   return (
     <li class="bad">
-      {unusable ? <span class="none" /> : <img src={`${ROOT}/cases/${id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
+      {unusable ? <span class="none" /> : <img src={pictureOf(id, photo, 320)} alt="" loading="lazy" />}
       <span>
         {t("photo.number", number)}: {unusable ? t("capture.unusable") : remarkWords(said?.remarks[0]) || t("phone.not.counted")}
         <small>{t("phone.again")}</small>

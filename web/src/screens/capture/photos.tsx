@@ -1,5 +1,5 @@
 /** The photos: one tile each, those on their way, those asked for; and what is known of the one that is chosen. */
-import { ROOT, type Schemas } from "../../api/client";
+import type { Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
@@ -11,6 +11,7 @@ import { t, tOr } from "../../texts";
 import { told } from "../../words";
 import { remarkInShort, remarkWords } from "../coach-words";
 import type { OpenCase } from "../open-case";
+import { pictureOf } from "../photo-picture";
 
 interface PhotoProps {
   readonly openCase: OpenCase;
@@ -38,7 +39,7 @@ export function PhotoTile({ openCase, photo, said, number, on, onClick }: PhotoP
       {film || unusable ? (
         <Icon name="camera" />
       ) : (
-        <img src={`${ROOT}/cases/${openCase.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />
+        <img src={pictureOf(openCase.id, photo, 320)} alt="" loading="lazy" />
       )}
       <span>{bad && short ? `${number} ${short}` : number}</span>
     </button>
@@ -92,7 +93,7 @@ export function PhotoNote({ openCase, photo, said, onGone }: PhotoProps & { onGo
       )}
       <Refusal refused={act.refused.value} />
       <div class="acts">
-        <a class="btn" href={`${ROOT}/cases/${openCase.id}/photos/${encodeURIComponent(photo.name)}/picture?width=2400`} target="_blank" rel="noreferrer">
+        <a class="btn" href={pictureOf(openCase.id, photo, 2400)} target="_blank" rel="noreferrer">
           {t("capture.large")}
         </a>
         <Button onClick={() => void remove()}>{t("take.out")}</Button>
