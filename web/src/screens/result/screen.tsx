@@ -198,7 +198,7 @@ function Expert({ caseId, limb }: { caseId: string; limb: Limb }) {
       {limb.reply.vertices} {t("expert.vertices")}, {limb.reply.faces} {t("expert.triangles")}
       <br />
       sha256 {limb.reply.sha256.slice(0, 16)}…<br />
-      <a href={`/api/v1/cases/${caseId}/report`} target="_blank" rel="noreferrer">
+      <a href={`/api/v1/cases/${caseId}/report/report`} target="_blank" rel="noreferrer">
         {t("expert.report")}
       </a>
     </section>
