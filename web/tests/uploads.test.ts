@@ -58,3 +58,16 @@ test("what was refused is not on its way, and what the server holds is neither",
   expect(onTheirWay.map(({ name }) => name)).toEqual(["a", "e"]);
   expect(refused.map(({ name }) => name)).toEqual(["b"]);
 });
+
+test("photos of one name in two folders are two, and the same photo dropped twice is one", async () => {
+  const { send, uploads } = await import("../src/state/uploads");
+  const [front, back] = [new File(["0123456789"], "IMG_1.jpg", { lastModified: 1 }), new File(["0123456789"], "IMG_1.jpg", { lastModified: 2 })];
+  pieces = [WHOLE, WHOLE];
+  send("K7Q-4F2", [front, back, front], () => {});
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect(uploads.value.get("K7Q-4F2")).toMatchObject([
+    { name: "IMG_1.jpg", state: "here" },
+    { name: "IMG_1-2.jpg", state: "here" },
+  ]);
+  expect(pieces).toEqual([]);
+});

@@ -34,18 +34,25 @@ interface Waiting {
   readonly name: string;
 }
 
-const queues = new Map<string, { waiting: Waiting[]; busy: number; done: () => void }>();
+interface Queue {
+  readonly waiting: Waiting[];
+  /** Those that wait or are sent, by their names there. */
+  readonly going: Map<string, File>;
+  busy: number;
+  done: () => void;
+}
+
+const queues = new Map<string, Queue>();
 
 /** Send files to a case; `done` is called whenever one is there. */
 export function send(caseId: string, files: readonly File[], done: () => void): void {
-  const queue = queues.get(caseId) ?? { waiting: [], busy: 0, done };
+  const queue: Queue = queues.get(caseId) ?? { waiting: [], going: new Map(), busy: 0, done };
   queue.done = done;
   queues.set(caseId, queue);
-  const known = new Set((uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && one.state !== "refused").map((one) => one.name));
   for (const file of files) {
-    const name = uploadName(file);
-    if (known.has(name)) continue;
-    known.add(name);
+    const name = nameApart(file, queue.going);
+    if (!name) continue;
+    queue.going.set(name, file);
     put(caseId, { name, total: file.size, sent: 0, state: "waiting", message: "" });
     queue.waiting.push({ file, name });
   }
@@ -81,6 +88,17 @@ export function uploadName(file: { name: string; lastModified: number }): string
   return clean.replace(/^image/i, `photo-${at}`);
 }
 
+/** The name of a file apart from those of others on their way, as photos of two folders may have one; null for one that is among them. */
+function nameApart(file: File, going: ReadonlyMap<string, File>): string | null {
+  const own = uploadName(file);
+  for (let name = own, number = 2; ; number++) {
+    const other = going.get(name);
+    if (!other) return name;
+    if (other.size === file.size && other.lastModified === file.lastModified) return null;
+    name = own.replace(/(\.[^.]*)?$/, `-${number}$1`);
+  }
+}
+
 function put(caseId: string, upload: Upload): void {
   const others = (uploads.value.get(caseId) ?? []).filter((one) => one.name !== upload.name);
   const order = uploads.value.get(caseId)?.findIndex((one) => one.name === upload.name) ?? -1;
@@ -98,6 +116,7 @@ async function work(caseId: string): Promise<void> {
     await sendOne(caseId, next.name, next.file);
   } finally {
     queue.busy--;
+    queue.going.delete(next.name);
     queue.done();
     void work(caseId);
   }
