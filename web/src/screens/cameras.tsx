@@ -13,6 +13,7 @@ import { useAct, useQuery } from "../state/requests";
 import { t, when } from "../texts";
 import { told } from "../words";
 import { BoardForm, CHECKERBOARD } from "./board-form";
+import { placeOf } from "./camera-files";
 
 type Camera = Schemas["CameraReply"];
 
@@ -89,8 +90,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       try {
         for (const [i, file] of files.entries()) {
           sent.value = [i, files.length];
-          const to = /\.json$/i.test(file.name) ? "file" : `photos/${encodeURIComponent(file.name)}`;
-          await putFile(`/cameras/${one.id}/${to}`, file);
+          await putFile(placeOf(one.id, file), file);
         }
       } finally {
         sent.value = null;
