@@ -14,7 +14,7 @@ from limbgram.workbench.limb import Kind, Limb
 @edit(
     group="orthosis",
     order=11,
-    effect=Effect(),
+    effect=Effect(moves_skin=True),
     kinds=("foot",),
     example={"depth_mm": 3.2},
 )

@@ -79,7 +79,7 @@ class Effect:
     """What an edit does to a positive, as far as the ledger has to know it."""
 
     moves_skin: bool = False
-    """Where that carves in over what bears no pressure, the ledger says so."""
+    """The ledger counts it where the limb bears no pressure: pressure there, or room."""
     at_place: Literal["carves", "builds"] | None = None
     """What it does at a place that somebody chooses (`at`), to a stated depth (`depth_mm`): there a
     depth beyond the usual has to be meant, and, of what carves, a place that bears no pressure."""

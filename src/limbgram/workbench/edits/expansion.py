@@ -17,7 +17,7 @@ _HEEL_AT = 0.18
 @edit(
     group="orthosis",
     order=13,
-    effect=Effect(),
+    effect=Effect(moves_skin=True),
     kinds=("foot",),
     example={"lateral_mm": 4.0, "heel_mm": 3.0},
 )

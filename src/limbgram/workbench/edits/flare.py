@@ -20,7 +20,7 @@ from limbgram.workbench.limb import Limb
 @edit(
     group="ends",
     order=2,
-    effect=Effect(),
+    effect=Effect(moves_skin=True),
     everyday=True,
     guarded=False,
     example={"depth_mm": 3.0, "height_mm": 20.0},

@@ -10,10 +10,11 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.edits.edit import Edit
-from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.edit import Edit, name_of
+from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.extension import Extension
 from limbgram.workbench.edits.fill import Fill
+from limbgram.workbench.edits.flare import Flare
 from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.plane_cut import PlaneCut
@@ -379,3 +380,21 @@ def test_a_wall_read_from_a_file_is_told_to_press_too() -> None:
     for limb, pressed in ((wall, True), (cup(50.0, 200.0, step_mm=5.0), False)):
         (line,) = replay(Recipe(name="w", entries=(entry,)), limb).ledger.lines
         assert ("recipe.on_wall" in [one.code for one in line.told]) is pressed
+
+
+def test_room_by_a_flare_counts_where_the_limb_bears_no_pressure() -> None:
+    """A load beside it would else be told as pressure where the socket stands off."""
+    knee = Landmark(name="mid patella", position_mm=np.array([0.0, 50.0, 135.0]))
+    limb = replace(cup(50.0, 140.0), kind="transtibial", landmarks=(knee,))
+    edits = (Flare(depth_mm=5.0, height_mm=40.0), Offset(distance_mm=-1.0))
+    done = replay(Recipe(name="w", entries=tuple(Entry(edit=one) for one in edits)), limb)
+    (landmark,) = done.limb.landmarks
+    stands_off_mm = float(np.hypot(*landmark.position_mm[:2])) - 50.0
+    assert stands_off_mm > 2.0
+    assert done.ledger.places_mm["mid patella"] == pytest.approx(stands_off_mm, abs=0.1)
+
+
+def test_all_that_moves_the_skin_counts_there_but_a_sock_taken_off() -> None:
+    told = {name_of(one) for one in EDITS if one.about.effect.reports_displacement}
+    counted = {name_of(one) for one in EDITS if one.about.effect.moves_skin}
+    assert told - counted == {"sock"}
