@@ -136,8 +136,10 @@ def _form_lines(form: MeasuringSheet) -> Iterator[str]:
     """The measuring sheet, a figure a line."""
     side = "" if form.side == "none" else f", {form.side}"
     yield f"Measuring sheet: {KIND_NAMED[form.kind].words['en']}{side}."
-    if form.doubt is not None:
-        yield f"  {spoken(form.doubt)}"
+    stand_ins = [row.doubt for row in form.rows if row.stand_ins]
+    for said in dict.fromkeys([form.doubt, *stand_ins]):
+        if said is not None:
+            yield f"  {spoken(said)}"
     for row in form.rows:
         value = spoken(row.reason) if row.reason is not None else ""
         if row.figure is not None:

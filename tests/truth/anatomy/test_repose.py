@@ -230,6 +230,14 @@ def test_a_trunk_is_turned_until_the_sheet_reads_the_angle(trunk_of: MakeLimb) -
         assert 0.9 * change < float(after.notes[-2].values["by_deg"]) < 3 * change  # type: ignore[arg-type]
 
 
+def test_an_angle_by_stand_ins_is_told_with_the_turn(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    marks = tuple(one for one in limb.landmarks if one.name != "medial tibial condyle")
+    for one, doubted in ((limb, False), (replace(limb, landmarks=marks), True)):
+        after = do_edit(one, Repose(joint="ankle", by_deg=2.0))
+        assert ("measure.sheet.stand_ins" in [note.code for note in after.notes]) is doubted
+
+
 def test_one_of_turn_and_angle_is_given(foot_of: MakeLimb) -> None:
     limb = foot_of()
     for edit in (Repose(joint="ankle"), Repose(joint="ankle", by_deg=3.0, to_deg=90.0)):

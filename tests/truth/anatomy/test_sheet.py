@@ -221,6 +221,56 @@ def test_a_missing_landmark_is_named_in_its_row(foot_of: MakeLimb) -> None:
     assert rows["ankle_deg"].figure is not None
 
 
+PLANTAR = (
+    "plantar heel",
+    "plantar first metatarsal head",
+    "plantar fifth metatarsal head",
+)
+
+
+def without(limb: Limb, *names: str) -> Limb:
+    return replace(limb, landmarks=tuple(one for one in limb.landmarks if one.name not in names))
+
+
+@pytest.mark.parametrize("lacking", [PLANTAR[:1], PLANTAR[1:], PLANTAR[2:], PLANTAR])
+def test_one_place_under_the_foot_not_marked_tilts_no_plane(
+    foot_of: MakeLimb, lacking: tuple[str, ...]
+) -> None:
+    """Through under the heel and the metatarsal heads themselves it would lean by 10 degrees."""
+    limb = foot_of("child")
+    before = only(limb, "ankle_deg")["ankle_deg"].value
+    after = only(without(limb, *lacking), "ankle_deg")["ankle_deg"].value
+    by_others = only(without(limb, *PLANTAR), "ankle_deg")["ankle_deg"].value
+    assert after == pytest.approx(by_others, abs=1e-9)
+    assert abs(after - before) < 6.0
+
+
+@pytest.mark.parametrize("lacking", PLANTAR)
+def test_heights_over_the_sole_need_the_places_under_it(foot_of: MakeLimb, lacking: str) -> None:
+    """From the heel's back to the navicular an adult has 20 mm, from under it 43 mm."""
+    names = ("navicular_height_mm", "lateral_malleolus_height_mm", "arch_height_mm", "toes_up_deg")
+    for row in only(without(foot_of(), lacking), *names).rows:
+        assert row.figure is None
+        assert row.reason is not None
+        assert row.reason.values["names"] == (lacking,)
+
+
+def test_a_figure_by_stand_ins_says_so(foot_of: MakeLimb) -> None:
+    """A shank to the tubercle leans by 10 degrees more than one to the middle of the knee."""
+    names = ("ankle_deg", "ball_width_mm", "calf_girth_mm")
+    limb = foot_of(sigma_mm=0.1)
+    assert not any(row.doubt for row in only(limb, *names).rows)
+    rows = {row.name: row for row in only(without(limb, "medial tibial condyle"), *names).rows}
+    for name in ("ankle_deg", "calf_girth_mm"):
+        assert rows[name].stand_ins == ("tibial tubercle",)
+        said = rows[name].doubt
+        assert said is not None
+        assert said.code == "measure.sheet.stand_ins"
+        assert said.values["lacking"] == ("medial tibial condyle",)
+    assert rows["ball_width_mm"].stand_ins == ()
+    assert rows["ball_width_mm"].doubt is None
+
+
 def test_a_foot_of_the_other_side_is_refused_by_a_landmark_that_tells_it(
     foot_of: MakeLimb,
 ) -> None:

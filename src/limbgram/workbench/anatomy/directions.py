@@ -252,16 +252,25 @@ class Anatomy:
         return _make_axis(one.name, start, along, length_mm)
 
     def _plane_axis(self, one: Plane) -> AnatomicalAxis:
-        first, second, third = (self.at(mid, one.name) for mid in one.through)
+        through = self._of_one_choice(one.through)
+        first, second, third = (self.at(mid, one.name) for mid in through)
         normal = np.cross(second - first, third - first)
         size = np.linalg.norm(second - first) * np.linalg.norm(third - first)
         if not np.linalg.norm(normal) > LEAST_SINE * size:
-            raise MeasureError(
-                "anatomy.on_line", name=one.name, names=_landmark_names(*one.through)
-            )
+            raise MeasureError("anatomy.on_line", name=one.name, names=_landmark_names(*through))
         if normal @ (self.at(one.towards, one.name) - first) < 0:
             normal = -normal
         return _make_axis(one.name, (first + second + third) / 3, normal, float(np.sqrt(size)))
+
+    def _of_one_choice(self, mids: tuple[Midpoint, ...]) -> tuple[Midpoint, ...]:
+        """The midpoints, all of their first choice or all of their second.
+
+        A mixture would tilt a plane, as one from under the heel through the metatarsal heads.
+        """
+        firsts = tuple(Midpoint(mid.of) for mid in mids)
+        seconds = tuple(Midpoint(mid.otherwise or mid.of) for mid in mids)
+        lacks = [any(self.missing(mid) for mid in chosen) for chosen in (firsts, seconds)]
+        return seconds if lacks == [True, False] else firsts
 
     def _require_apart(self, name: str, sine: float) -> None:
         if sine < LEAST_SINE:

@@ -31,7 +31,7 @@ sense of an angle, and dorsiflexion, varus and toe-out have one sign on both. Ev
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
 """Side of the limb on which a landmark lies; medial and lateral need the limb's side."""
@@ -98,6 +98,7 @@ class Plane:
 
     name: str
     through: tuple[Midpoint, Midpoint, Midpoint]
+    """All of their first choice; or all of their second, where one of the first was not placed."""
     towards: Midpoint
     """On the side of the plane to which the normal points."""
 
@@ -421,14 +422,28 @@ class Kind:
                 due += strings_in(directions.get(word))
         return found
 
+    def midpoints_in(self, what: Any) -> tuple[Midpoint, ...]:
+        """All midpoints inside items and joints, and inside the directions that these name."""
+        names = self.names_in(what)
+        named = [one for one in self.directions if one.name in names]
+        return tuple(dict.fromkeys(_instances_in((what, named), Midpoint)))
+
 
 def strings_in(what: Any) -> Iterator[str]:
     """All strings inside a value: in lists, and in the fields of dataclasses."""
-    if isinstance(what, str):
+    return _instances_in(what, str)
+
+
+_Instance = TypeVar("_Instance")
+
+
+def _instances_in(what: Any, of: type[_Instance]) -> Iterator[_Instance]:
+    """All values of a type inside a value: in lists, and in the fields of dataclasses."""
+    if isinstance(what, of):
         yield what
     elif isinstance(what, list | tuple):
         for one in what:
-            yield from strings_in(one)
+            yield from _instances_in(one, of)
     elif is_dataclass(what):
         for one in fields(what):
-            yield from strings_in(getattr(what, one.name))
+            yield from _instances_in(getattr(what, one.name), of)

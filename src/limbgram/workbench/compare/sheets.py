@@ -177,6 +177,8 @@ def follow_sheets(visits: Sequence[SheetVisit], notes: Sequence[Finding] = ()) -
 def courses(visits: Sequence[SheetVisit]) -> tuple[FigureCourse, ...]:
     """Follow every figure that has a sigma on two days or more.
 
+    Of a figure that was measured by other landmarks on some days, those like the last one count.
+
     Raises:
         OptionsError: fewer than two days.
         MeasureError: sheets of several kinds or sides.
@@ -188,12 +190,13 @@ def courses(visits: Sequence[SheetVisit]) -> tuple[FigureCourse, ...]:
         raise MeasureError("trend.sheets_differ")
     found: list[FigureCourse] = []
     for row in ordered[0].sheet.rows:
-        known = [
-            (one.day, other.figure)
+        rows = [
+            (one.day, other.figure, other.stand_ins)
             for one in ordered
             for other in one.sheet.rows
             if other.name == row.name and other.figure is not None and other.figure.sigma
         ]
+        known = [(day, figure) for day, figure, by in rows if by == rows[-1][2]]
         if len({day for day, _ in known}) >= 2:
             found.append(_course(row.name, row.words, row.unit, known))
     return tuple(found)

@@ -182,7 +182,7 @@ class Repose(Edit):
             )
         after = displaced(limb, points)
         told = note("edit.repose.done", joint=self.joint, by_deg=by_deg, strain=strain)
-        return replace(after, notes=(*after.notes, told, angle_finding(limb, after, self.joint)))
+        return replace(after, notes=(*after.notes, told, *angle_findings(limb, after, self.joint)))
 
     def places_of(self, kind: Kind) -> set[str]:
         joints = tuple(one for one in kind.joints if one.name == self.joint)
@@ -362,15 +362,17 @@ def _joint_of(anatomy: Anatomy, name: str) -> Joint:
     return joint
 
 
-def angle_finding(before: Limb, after: Limb, joint: str) -> Finding:
-    """A note of a joint's angle before and after an edit, or of why it cannot be read."""
+def angle_findings(before: Limb, after: Limb, joint: str) -> tuple[Finding, ...]:
+    """A note of a joint's angle before and after an edit, or of why it cannot be read; and a doubt
+    about landmarks that stand in for others in it."""
     item = joint_angle(joint)
     asked = SheetOptions(only=(item.name,))
     try:
-        old, new = (measuring_sheet(one, asked)[item.name] for one in (before, after))
+        sheets = [measuring_sheet(one, asked) for one in (before, after)]
+        old, new = (sheet[item.name] for sheet in sheets)
     except MeasureError as error:
-        return note("edit.repose.not_read", angle=item.en, reason=error.finding)
-    return note(
+        return (note("edit.repose.not_read", angle=item.en, reason=error.finding),)
+    read = note(
         "edit.repose.read",
         angle=item.en,
         before_deg=old.value,
@@ -379,6 +381,8 @@ def angle_finding(before: Limb, after: Limb, joint: str) -> Finding:
         after_within_deg=_half_width(new),
         change_deg=new.value - old.value,
     )
+    doubts = [row.doubt for row in sheets[0].rows if row.stand_ins and row.doubt is not None]
+    return (read, *doubts)
 
 
 def _half_width(figure: Figure) -> float | None:

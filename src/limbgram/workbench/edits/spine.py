@@ -35,7 +35,7 @@ from limbgram.workbench.edits.regions import (
 from limbgram.workbench.edits.repose import (
     MOST_STRAIN,
     MOST_STRAIN_ACCEPTED,
-    angle_finding,
+    angle_findings,
     largest_strain,
 )
 from limbgram.workbench.limb import Limb
@@ -149,7 +149,9 @@ class Spine(Edit):
             raise EditError("edit.spine.strain", strain=strain, most=most, beyond=self.beyond)
         moved = displaced(limb, back)
         bent = zip(("side bend", "extension"), self._bends, strict=True)
-        told = [angle_finding(limb, moved, joint) for joint, values in bent if values]
+        told = [
+            one for joint, values in bent if values for one in angle_findings(limb, moved, joint)
+        ]
         return replace(moved, notes=(*moved.notes, note("edit.spine.done", strain=strain), *told))
 
     @property

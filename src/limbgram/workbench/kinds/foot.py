@@ -5,9 +5,9 @@ guidelines: malleoli, navicular and the fifth metatarsal's base are built up.
 
 Directions and signs. The ankle axis runs through the tips of the malleoli, the shank from their
 middle to that of fibula head and medial tibial condyle (or the tubercle); the plantar plane lies
-under heel and both metatarsal heads (through the heel and the heads themselves, where nobody marked
-the places under them), the foot's axis in it from heel to second toe. Build-ups are general trade
-knowledge, without a source.
+under heel and both metatarsal heads (through the heel and the heads themselves, where not all three
+places under them were marked; heights over the sole have no answer there), the foot's axis in it
+from heel to second toe. Build-ups are general trade knowledge, without a source.
 
 Lines between places that lie near each other hang on where these were placed: by 2.5 degrees for a
 millimetre on a child's heel. So the surface tells them, and landmarks choose its parts: the heel's
@@ -202,10 +202,8 @@ _SOLE = (
 )
 _UNDER_HEEL = Midpoint(("plantar heel",))
 _UNDER_MT1 = Midpoint(("plantar first metatarsal head",))
-_UNDER_BALL = Midpoint(
-    ("plantar first metatarsal head", "plantar fifth metatarsal head"),
-    otherwise=("first metatarsal head", "fifth metatarsal head"),
-)
+_UNDER_MT5 = Midpoint(("plantar fifth metatarsal head",))
+_UNDER_BALL = Midpoint(("plantar first metatarsal head", "plantar fifth metatarsal head"))
 _CALCANEUS = Midpoint(("medial calcaneus", "lateral calcaneus"))
 _MIDFOOT = Midpoint(("navicular", "fifth metatarsal base"))
 
@@ -269,6 +267,7 @@ KIND = Kind(
         ),
         Line(name="shank", start=_MALLEOLI, end=_KNEE),
         Plane(name="plantar", through=_SOLE, towards=_MALLEOLI),
+        Plane(name="sole", through=(_UNDER_HEEL, _UNDER_MT1, _UNDER_MT5), towards=_MALLEOLI),
         Line(name="foot", start=_HEEL, end=_TOE, within="plantar"),
         Line(name="ball", start=_MT1, end=_MT5),
         Cross(name="lateral", first="foot", second="plantar"),
@@ -391,7 +390,7 @@ KIND = Kind(
             name="toes_up_deg",
             en="Toes up: from under the ball to the second toe, against the plantar plane",
             de="Zehen hoch: von unter dem Ballen zur zweiten Zehe, gegen die Plantarebene",
-            of="plantar",
+            of="sole",
             to="toes",
             about="lateral",
             zero_deg=-90.0,
@@ -463,9 +462,9 @@ KIND = Kind(
             name="navicular_height_mm",
             en="Height of the navicular",
             de="Höhe des Kahnbeins",
-            start=_SOLE[0],
+            start=_UNDER_HEEL,
             end=Midpoint(("navicular",)),
-            along="plantar",
+            along="sole",
         ),
         Arch(
             name="arch_height_mm",
@@ -473,7 +472,7 @@ KIND = Kind(
             de="Höhe des Längsgewölbes am Scheitel",
             start=_UNDER_HEEL,
             end=_UNDER_MT1,
-            base="plantar",
+            base="sole",
             what="height",
             note="highest place of the sole on the line from under the heel to under MT1",
         ),
@@ -483,7 +482,7 @@ KIND = Kind(
             de="Fersensohle bis Gewölbescheitel, zum Großzehenballen",
             start=_UNDER_HEEL,
             end=_UNDER_MT1,
-            base="plantar",
+            base="sole",
             what="place",
         ),
         Distance(
@@ -505,17 +504,17 @@ KIND = Kind(
             name="medial_malleolus_height_mm",
             en="Height of the medial malleolus",
             de="Höhe des Innenknöchels",
-            start=_SOLE[0],
+            start=_UNDER_HEEL,
             end=Midpoint(("medial malleolus",)),
-            along="plantar",
+            along="sole",
         ),
         Distance(
             name="lateral_malleolus_height_mm",
             en="Height of the lateral malleolus",
             de="Höhe des Außenknöchels",
-            start=_SOLE[0],
+            start=_UNDER_HEEL,
             end=Midpoint(("lateral malleolus",)),
-            along="plantar",
+            along="sole",
         ),
         Distance(
             name="malleoli_width_mm",
@@ -603,9 +602,9 @@ KIND = Kind(
             name="fibula_head_height_mm",
             en="Height of the head of the fibula",
             de="Höhe des Wadenbeinköpfchens",
-            start=_SOLE[0],
+            start=_UNDER_HEEL,
             end=Midpoint(("fibula head",)),
-            along="plantar",
+            along="sole",
         ),
     ),
     joints=(

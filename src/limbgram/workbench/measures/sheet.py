@@ -27,7 +27,7 @@ from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.uncertainty import extra_extremum_variance_mm2
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Cell, Table
-from limbgram.findings import Finding, note, told
+from limbgram.findings import Finding, doubt, note, told
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import (
     Angle,
@@ -110,8 +110,10 @@ class SheetRow:
     """Why it has no figure."""
     places: tuple[str, ...] = ()
     """Identities of the landmarks that it depends on."""
+    stand_ins: tuple[str, ...] = ()
+    """Those of them that stand in for others which were not marked."""
     doubt: Finding | None = None
-    """Doubt about those of them that nobody has confirmed."""
+    """Doubt about stand-ins; else about those of them that nobody has confirmed."""
 
     @property
     def unit(self) -> str:
@@ -220,7 +222,9 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
         if wanted and item.name not in needed:
             continue
         row = _row_of_item(_SheetInProgress(subject, options, found, heads), item)
-        found[item.name] = replace(row, doubt=unconfirmed_finding(limb, row.places))
+        row = _with_stand_ins(row, anatomy, item)
+        said = row.doubt or unconfirmed_finding(limb, row.places)
+        found[item.name] = replace(row, doubt=said)
     rows = tuple(row for row in found.values() if not wanted or row.name in wanted)
     return MeasuringSheet(
         kind=anatomy.kind.name,
@@ -235,6 +239,23 @@ def _with_parts(wanted: set[str], sheet: Iterable[AnyItem]) -> set[str]:
     """The wanted figures, and those of which they are made."""
     parts = {name for item in sheet if item.name in wanted for name in _parts_of(item)}
     return {*wanted, *parts}
+
+
+def _with_stand_ins(row: SheetRow, anatomy: Anatomy, item: AnyItem) -> SheetRow:
+    """The row, with a doubt about landmarks that stand in for others in it."""
+    kind = anatomy.kind
+    parts = [one for one in kind.sheet if one.name in _parts_of(item)]
+    lacking: dict[str, None] = {}
+    stand_ins: dict[str, None] = {}
+    for mid in kind.midpoints_in((item, parts, kind.centreline)):
+        lacks = [name for name in mid.of if name not in anatomy.places]
+        if lacks and not set(mid.otherwise).isdisjoint(row.places):
+            lacking |= dict.fromkeys(lacks)
+            stand_ins |= dict.fromkeys(mid.otherwise)
+    if not stand_ins:
+        return row
+    said = doubt("measure.sheet.stand_ins", lacking=tuple(lacking), stand_ins=tuple(stand_ins))
+    return replace(row, stand_ins=tuple(stand_ins), doubt=said)
 
 
 def _parts_of(item: AnyItem) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """Sheets over time: a change is as probable as its sigmas say."""
 
+from dataclasses import replace
 from datetime import date, timedelta
 
 import numpy as np
@@ -47,6 +48,17 @@ def test_what_a_visit_lacks_is_left_out_and_others_are_refused() -> None:
     with pytest.raises(MeasureError) as mixed:
         courses([visit(0, 9.0), visit(1, 8.0, side="left")])
     assert mixed.value.finding.code == "trend.sheets_differ"
+
+
+def test_a_figure_by_other_landmarks_is_no_change() -> None:
+    """An ankle's angle differs by 10 degrees where the tubercle stands in for the condyle."""
+    instead = visit(4, 82.0)
+    (row,) = instead.sheet.rows
+    rows = (replace(row, stand_ins=("tibial tubercle",)),)
+    instead = replace(instead, sheet=replace(instead.sheet, rows=rows))
+    assert courses([visit(0, 92.0), instead]) == ()
+    (course,) = courses([visit(0, 92.0), instead, visit(8, 91.0)])
+    assert [figure.value for figure in course.figures] == [92.0, 91.0]
 
 
 def test_scatter_makes_the_probability_students_and_sigmas_bound_it() -> None:
