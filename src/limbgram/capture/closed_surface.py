@@ -26,7 +26,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots, unit
-from limbgram.core.mesh.topology import components, find_edges
+from limbgram.core.mesh.topology import components_among, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.measuring.measurement_pass import MAX_INCIDENCE_DEG
 
@@ -161,6 +161,6 @@ def find_underside(
 
 def _patch_labels(mesh: Mesh, part: Bool[np.ndarray, " n"]) -> Int32[np.ndarray, " n"]:
     """The connected patch of each vertex of a part; -1 elsewhere."""
-    ends = find_edges(mesh.faces).ends
-    label = components(ends[part[ends].all(axis=1)].astype(np.int64), len(mesh))
-    return np.where(part, label, -1)
+    label = np.full(len(mesh), -1, np.int32)
+    label[part] = components_among(part, find_edges(mesh.faces).ends)
+    return label

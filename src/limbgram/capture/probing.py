@@ -22,12 +22,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import components_among
 
 _VOTE_CELL = 0.1
 """Side of a cell in which steps are counted, in radii: they miss by as much where a normal is 6
@@ -237,15 +236,7 @@ def _inner_vertices(
 ) -> Bool[np.ndarray, " n"]:
     """The measured vertices of the body, without the strip along the borders at which it ends."""
     outside = ~on
-    number = np.cumsum(outside) - 1
-    links = surface.edges[outside[surface.edges].all(axis=1)]
-    count = int(outside.sum())
-    _, label = connected_components(
-        coo_array(
-            (np.ones(len(links)), (number[links[:, 0]], number[links[:, 1]])), (count, count)
-        ),
-        directed=False,
-    )
+    label = components_among(outside, surface.edges)
     areas = np.bincount(label, surface.areas_mm2[outside])
     reach = np.zeros(len(areas))
     np.maximum.at(reach, label, np.abs(off[outside]))
@@ -267,13 +258,7 @@ def _largest_patch(surface: Surface, counts: Bool[np.ndarray, " n"]) -> Bool[np.
     """The vertices without small pieces that lie near the body by chance."""
     if not counts.any():
         return counts
-    number = np.cumsum(counts) - 1
-    links = surface.edges[counts[surface.edges].all(axis=1)]
-    size = int(counts.sum())
-    _, label = connected_components(
-        coo_array((np.ones(len(links)), (number[links[:, 0]], number[links[:, 1]])), (size, size)),
-        directed=False,
-    )
+    label = components_among(counts, surface.edges)
     areas = np.bincount(label, surface.areas_mm2[counts])
     kept = counts.copy()
     kept[counts] = areas[label] > 0.05 * areas.max()

@@ -13,8 +13,6 @@ from itertools import chain
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import ContentError
@@ -231,10 +229,9 @@ def _wound_alike(faces: Faces) -> Faces:
     count = len(faces)
     here, there = pairs.faces[:, 0], pairs.faces[:, 1]
     other = np.where(pairs.contrary, count, 0)
-    rows = np.concatenate([here, here + count])
-    columns = np.concatenate([there + other, there + count - other])
-    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(2 * count,) * 2)
-    labels = connected_components(graph, directed=False)[1]
+    nodes = np.concatenate([here, here + count])
+    neighbours = np.concatenate([there + other, there + count - other])
+    labels = components(np.column_stack([nodes, neighbours]), 2 * count)
     way = np.minimum(labels[:count], labels[count:])
     as_way = labels[:count] == way
     in_favour = np.bincount(way, np.where(as_way, 1, -1), minlength=int(labels.max()) + 1)

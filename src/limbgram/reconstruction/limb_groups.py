@@ -22,11 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.geometry.triangulation import sampson_px
+from limbgram.core.mesh.topology import components
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
@@ -138,8 +138,8 @@ def _links(metric: MetricScene, region: Region) -> _Links:
 def _linked(links: _Links) -> list[Int64[np.ndarray, " n"]]:
     """Ranks of the photos of each sizeable group, the largest first."""
     edges = links.shared & links.asked & links.asked[:, None]
-    count, label = connected_components(edges, directed=False)
-    groups = [np.flatnonzero((label == k) & links.asked) for k in range(count)]
+    label = components(np.argwhere(edges), len(edges))
+    groups = [np.flatnonzero((label == k) & links.asked) for k in np.unique(label)]
     groups = [one for one in groups if len(one) >= _FEWEST_PHOTOS]
     return sorted(groups, key=lambda one: (-len(one), int(one[0])))
 

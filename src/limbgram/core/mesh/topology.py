@@ -275,7 +275,7 @@ def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
 def face_components(faces: Faces) -> Int32[np.ndarray, " f"]:
     """Label of each face's edge-connected component."""
     sides = find_edges(faces).faces()
-    return components(sides[sides[:, 1] >= 0].astype(np.int64), len(faces))
+    return components(sides[sides[:, 1] >= 0], len(faces))
 
 
 def largest_piece(mesh: Mesh) -> tuple[Mesh, int]:
@@ -408,7 +408,7 @@ def _cones_mm3(centred: Points3, border: Int32[np.ndarray, "b 2"]) -> float:
     """Volume under the cones that close the openings; 0 for one, whose apex is the origin."""
     used, ends = np.unique(border, return_inverse=True)
     ends = ends.reshape(-1, 2)
-    loop = components(ends.astype(np.int64), len(used))
+    loop = components(ends, len(used))
     if not loop.max():
         return 0.0
     counts = np.bincount(loop)
@@ -435,9 +435,22 @@ def faces_touching(marked: np.ndarray, faces: np.ndarray):
     return found
 
 
+def components(links: Integer[np.ndarray, "k 2"], count: int) -> Int32[np.ndarray, " n"]:
+    """Connected component of each node of a graph, numbered in the order of their first nodes."""
+    return _components(np.ascontiguousarray(links, np.int64), count)
+
+
+def components_among(
+    chosen: Bool[np.ndarray, " n"], links: Integer[np.ndarray, "k 2"]
+) -> Int32[np.ndarray, " c"]:
+    """`components` of the chosen nodes and the links between them, for the chosen nodes alone."""
+    number = np.cumsum(chosen) - 1
+    return components(number[links[chosen[links].all(axis=1)]], int(chosen.sum()))
+
+
 @njit(cache=True, nogil=True)
-def components(links: np.ndarray, count: int):
-    """Connected components of a graph by union-find, numbered in the order of their first nodes."""
+def _components(links: np.ndarray, count: int):
+    """Union-find."""
     root = np.arange(count)
     for k in range(len(links)):
         one, two = links[k, 0], links[k, 1]

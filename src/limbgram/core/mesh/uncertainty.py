@@ -11,15 +11,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64, Integer
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from jaxtyping import Bool, Float64, Int32, Int64, Integer
 from scipy.spatial import KDTree
 from scipy.special import ndtri
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import find_edges
+from limbgram.core.mesh.topology import components_among, find_edges
 from limbgram.core.mesh.tree_cache import ByMesh
 
 _MOST_EXACT = 4000
@@ -158,19 +156,19 @@ def _local_square(mesh: Mesh, touched: Int64[np.ndarray, " k"]) -> Float64[np.nd
 class _Fills(NamedTuple):
     sigma_mm: Float64[np.ndarray, " n"]
     """Of each filled vertex; 0 elsewhere."""
-    patch: Int64[np.ndarray, " k"]
+    patch: Int32[np.ndarray, " k"]
     """Patch of each filled vertex."""
 
 
 def _fills_among(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> _Fills:
     sigma = np.zeros(len(mesh))
     if not filled.any():
-        return _Fills(sigma, np.zeros(0, np.int64))
-    count, patch = _patches(mesh, filled)
+        return _Fills(sigma, np.zeros(0, np.int32))
+    patch = components_among(filled, find_edges(mesh.faces).ends)
     if filled.all():
         return _Fills(sigma, patch)
     distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
-    half_width = np.zeros(count)
+    half_width = np.zeros(int(patch.max()) + 1)
     np.maximum.at(half_width, patch, distance)
     normals = mesh.vertex_normals()
     near_rim = _curvature_near(mesh, normals, filled, np.flatnonzero(~filled)[nearest])
@@ -192,20 +190,6 @@ def _fills_of(mesh: Mesh) -> _Fills:
 
 _fills = ByMesh(_fills_of)
 """Kept, as every measure that crosses a fill needs them."""
-
-
-def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.ndarray, " k"]]:
-    """Number of connected filled patches, and the patch of every filled vertex."""
-    faces = mesh.faces[filled[mesh.faces].any(axis=1)]
-    ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    ends = ends[filled[ends].all(axis=1)]
-    number = np.cumsum(filled) - 1
-    links = coo_array(
-        (np.ones(len(ends)), (number[ends[:, 0]], number[ends[:, 1]])),
-        shape=(int(filled.sum()), int(filled.sum())),
-    )
-    count, of_vertex = connected_components(links, directed=False)
-    return int(count), of_vertex.astype(np.int64)
 
 
 def _mean_curvature(mesh: Mesh, normals: Points3) -> float:

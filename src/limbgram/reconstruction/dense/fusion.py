@@ -24,14 +24,13 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8, UInt16
-from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import DenseError
 from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Cloud
+from limbgram.core.mesh.topology import components
 from limbgram.core.run import in_parallel, worker_count
 from limbgram.core.solvers import solve_positive
 from limbgram.reconstruction.dense.depth import DepthMap
@@ -527,9 +526,7 @@ def _in_large_pieces(
 ) -> np.ndarray:
     """Which points belong to a connected piece of at least `least_share` of all."""
     pairs = KDTree(points_mm).query_pairs(reach_mm, output_type="ndarray")
-    ones = np.ones(len(pairs), np.int8)
-    graph = sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), (len(points_mm),) * 2)
-    piece = csgraph.connected_components(graph, directed=False)[1]
+    piece = components(pairs, len(points_mm))
     return (np.bincount(piece) >= least_share * len(points_mm))[piece]
 
 

@@ -16,14 +16,14 @@ from functools import cached_property
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Float64, Int32
-from scipy import ndimage, sparse
-from scipy.sparse import csgraph
+from scipy import ndimage
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import OptionsError, RegionError
 from limbgram.core.geometry.arrays import Mask, Points3, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
+from limbgram.core.mesh.topology import components
 from limbgram.core.run import track
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.masks import load_mask
@@ -134,9 +134,7 @@ def clusters(points: Points3, link_mm: float) -> Int32[np.ndarray, " n"]:
     if not len(dense):
         return labels
     pairs = KDTree(points[dense]).query_pairs(link_mm, output_type="ndarray")
-    ones = np.ones(len(pairs), np.int8)
-    graph = sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), (len(dense), len(dense)))
-    labels[dense] = csgraph.connected_components(graph, directed=False)[1]
+    labels[dense] = components(pairs, len(dense))
     return labels
 
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int64
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.topology import components
 from limbgram.findings import Finding
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 
@@ -32,7 +32,7 @@ def connected_photos(scene: Scene) -> tuple[int, ...]:
     shared = (sees @ sees.T).toarray()
     enough = (count >= _FEWEST_POINTS) & (points_in_three_photos(scene) >= _FEWEST_SHARED)
     graph = (shared >= _FEWEST_SHARED) & enough[:, None] & enough[None]
-    label = connected_components(csr_array(graph), directed=False)[1]
+    label = components(np.argwhere(graph), len(graph))
     sizes = np.bincount(label[enough], minlength=1) if enough.any() else np.zeros(1)
     return tuple(np.flatnonzero(enough & (label == int(sizes.argmax()))).tolist())
 

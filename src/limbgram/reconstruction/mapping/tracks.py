@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.special import bdtrc
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.triangulation import sampson_px, triangulate
+from limbgram.core.mesh.topology import components
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.coded_marks import CodedKeypoints
 from limbgram.reconstruction.matching.matching import PairMatches
@@ -114,11 +113,7 @@ def with_tracks(
             for pair in matches
         ]
     )
-    graph = coo_array(
-        (np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])),
-        shape=(len(keypoints.xy_px), len(keypoints.xy_px)),
-    )
-    label = connected_components(graph, directed=False)[1].astype(np.int64)
+    label = components(edges, len(keypoints.xy_px)).astype(np.int64)
     members = np.unique(edges)
     members = members[np.lexsort((keypoints.photo_idx[members], label[members]))]
     # observations of a photo that shows a point twice are dropped

@@ -30,11 +30,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int64
 from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import MatchingError
 from limbgram.core.geometry.arrays import Points2, Vector2
+from limbgram.core.mesh.topology import components
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.matching.descriptors import comparable, match_descriptors
@@ -278,9 +278,7 @@ def _joined_photos(
     """
     linked = np.zeros((count, count), bool)
     linked[ends, ends[:, ::-1]] = True
-    far = ends[everywhere]
-    graph = sparse.coo_array((np.ones(len(far)), far.T), (count, count))
-    label = csgraph.connected_components(graph, directed=False)[1]
+    label = components(ends[everywhere], count)
     sizes = np.bincount(label)
     large = np.flatnonzero(sizes >= _LEAST_PHOTOS)
     share = np.array([linked[:, label == k].mean(axis=1) for k in large]).reshape(-1, count)

@@ -13,8 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
-from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.spatial import ConvexHull, QhullError
 from scipy.special import erf
 
@@ -22,7 +20,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.mesh import Mesh, Part
-from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.core.mesh.topology import boundary_half_edges, components
 from limbgram.reconstruction.measuring.visibility import incidence_cosines
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
@@ -260,9 +258,7 @@ def _open_share(mesh: Mesh, floor_z: float | None, section: float) -> float:
     border = boundary_half_edges(mesh.faces)
     if not len(border):
         return 0.0
-    ones = np.ones(len(border), np.int8)
-    graph = sparse.coo_array((ones, (border[:, 0], border[:, 1])), (len(mesh), len(mesh)))
-    rim = csgraph.connected_components(graph, directed=False)[1][border[:, 0]]
+    rim = components(border, len(mesh))[border[:, 0]]
     _, rim = np.unique(rim, return_inverse=True)
     open_area = _rim_fan_areas(mesh.vertices_mm, border, rim)
     if floor_z is not None:

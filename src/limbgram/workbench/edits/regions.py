@@ -282,7 +282,7 @@ def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
     ends = find_edges(mesh.faces).ends
     across = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
     count = len(mesh)
-    part = components(ends[~across].astype(np.int64), count)
+    part = components(ends[~across], count)
     parts = int(part.max()) + 1
     lefts = np.bincount(part[sign > 0], minlength=parts)
     rights = np.bincount(part[sign < 0], minlength=parts)

@@ -15,8 +15,6 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Bool, Float64, Int64
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3, Vector3
@@ -24,7 +22,7 @@ from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.rays import intersects_any
-from limbgram.core.mesh.topology import is_watertight
+from limbgram.core.mesh.topology import components, is_watertight
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, note
 
@@ -253,8 +251,7 @@ def _in_patches(places_mm: Points3, areas_mm2: Float64[np.ndarray, " n"]) -> Boo
     if not len(places_mm):
         return np.zeros(0, np.bool_)
     near = KDTree(places_mm).query_pairs(_PATCH_MM, output_type="ndarray")
-    links = coo_array((np.ones(len(near)), near.T), shape=(len(places_mm),) * 2)
-    patch = np.asarray(connected_components(links, directed=False)[1])
+    patch = components(near, len(places_mm))
     return np.asarray(np.bincount(patch, areas_mm2)[patch] >= _PATCH_MM2)
 
 

@@ -11,16 +11,14 @@ Fails   MeasureError: the mesh has no colours, or too many spots pass. OptionsEr
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64, UInt8
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from jaxtyping import Bool, Float64, Int32, UInt8
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import turn_rad
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import find_edges
+from limbgram.core.mesh.topology import components, find_edges
 
 _LEAST_CHROMA = 60.0
 """Largest minus smallest of red, green and blue, 0 to 255."""
@@ -111,14 +109,9 @@ def _patches(
     coloured: Bool[np.ndarray, " n"],
     hue_rad: Float64[np.ndarray, " n"],
     same_rad: float,
-) -> Int64[np.ndarray, " n"]:
+) -> Int32[np.ndarray, " n"]:
     """Label of each vertex: coloured neighbours of nearly one hue share theirs."""
     ends = find_edges(mesh.faces).ends
     turn = turn_rad(hue_rad[ends[:, 0]], hue_rad[ends[:, 1]])
     alike = coloured[ends].all(1) & (np.abs(turn) < same_rad)
-    links = ends[alike]
-    count = len(mesh.vertices_mm)
-    graph = coo_array(
-        (np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(count,) * 2
-    )
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    return components(ends[alike], len(mesh))

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64, UInt8
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import OptionsError
@@ -25,6 +23,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import widening
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import components
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.workbench.marks.pixels import (
@@ -206,8 +205,7 @@ def _spot_groups(spots: Spots) -> list[Int64[np.ndarray, " k"]]:
         return []
     pairs = KDTree(spots.middles_mm).query_pairs(_AGREEMENT_MM, output_type="ndarray")
     pairs = pairs[spots.photo_idx[pairs[:, 0]] != spots.photo_idx[pairs[:, 1]]]
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    labels = connected_components(graph, directed=False)[1]
+    labels = components(pairs, count)
     groups: list[Int64[np.ndarray, " k"]] = []
     for label in range(int(labels.max()) + 1):
         rows = np.flatnonzero(labels == label)
