@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float64, Int64
 from limbgram.capture.prediction import incidence_cosines
 from limbgram.capture.proxy import CoarseSkin
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, towards
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.findings import Finding, note
 
@@ -49,8 +49,7 @@ class Stand:
             first_rad: Direction of azimuth 0 in the world's plane of x and y.
         """
         turn, rise = first_rad + np.radians(self.azimuth_deg), np.radians(self.elevation_deg)
-        away = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
-        pose = Rigid.looking_at(middle + self.distance * away, middle, _UP)
+        pose = Rigid.looking_at(middle + self.distance * towards(turn, rise), middle, _UP)
         return View(name, camera, pose)
 
 

@@ -19,7 +19,7 @@ Limits  What moves by more than some hundredths of the picture's width, such as 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -47,12 +47,19 @@ from limbgram.reconstruction.mapping.bundle_adjustment import (
     adjust,
 )
 from limbgram.reconstruction.mapping.placement import MappingOptions, readjusted, without_photos
-from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
+from limbgram.reconstruction.mapping.scene import (
+    Bodies,
+    Movement,
+    Observations,
+    Scene,
+    other_from_one,
+)
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
-from limbgram.reconstruction.mapping.tracks import significant_pairs, with_tracks
+from limbgram.reconstruction.mapping.tracks import best_connected, significant_pairs, with_tracks
 from limbgram.reconstruction.mapping.verdicts import refined_keypoints_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet, first_of
+from limbgram.reconstruction.scale.board import placed_photos
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
@@ -230,12 +237,10 @@ def millimetre(detections: BoardDetections | None, scene: Scene) -> float | None
 
 def _scene_from_board(detections: BoardDetections, scene: Scene) -> Similarity | None:
     """Approximate similarity from the board's frame to the scene; None where it is not located."""
-    index = {scene.names[k]: k for k in scene.placed}
-    seen = [photo for photo in detections.photos if photo.name in index]
+    seen = placed_photos(detections, scene)
     if len(seen) < _MIN_VIEWS:
         return None
-    views = [scene.view(index[photo.name]) for photo in seen]
-    places = _triangulated_corners(seen, views, len(detections.corners_mm))
+    places = _triangulated_corners(seen.values(), scene.views_of(seen), len(detections.corners_mm))
     known = np.asarray(np.isfinite(places).all(axis=1))
     if known.sum() < _BOARD_CORNERS:
         return None
@@ -405,16 +410,12 @@ def corners_agree_better(detections: BoardDetections, first: Scene, second: Scen
     """
     misses: list[float] = []
     for scene in (first, second):
-        index = {scene.names[k]: k for k in scene.placed}
-        seen = [photo for photo in detections.photos if photo.name in index]
+        seen = placed_photos(detections, scene)
         if not seen:
             return False
-        views = [scene.view(index[photo.name]) for photo in seen]
-        misses.append(
-            _median_residual_px(
-                seen, views, _triangulated_corners(seen, views, len(detections.corners_mm))
-            )
-        )
+        photos, views = seen.values(), scene.views_of(seen)
+        places = _triangulated_corners(photos, views, len(detections.corners_mm))
+        misses.append(_median_residual_px(photos, views, places))
     return misses[0] < misses[1]
 
 
@@ -435,39 +436,36 @@ def still_board(detections: BoardDetections, scene: Scene, found: BodyMotion) ->
     better from where the photos are by the limb than from where they are by the surroundings are
     taken as they are.
     """
-    index = {scene.names[k]: k for k in scene.placed}
-    seen = [photo for photo in detections.photos if photo.name in index]
-    groups = found.movement.group[[index[photo.name] for photo in seen]]
+    seen = placed_photos(detections, scene)
+    groups = found.movement.group[[*seen]]
     if found.movement.kind == "step" and (groups >= 0).any():
         largest = int(np.bincount(groups[groups >= 0]).argmax())
-        agreeing = [one for one, group in zip(seen, groups, strict=True) if group == largest]
+        agreeing = [seen[k] for k in seen if found.movement.group[k] == largest]
         if len(agreeing) >= _BOARD_PHOTOS:
             return replace(detections, photos=tuple(agreeing))
-    return _motion_corrected(detections, seen, index, scene, found)
+    return _motion_corrected(detections, seen, scene, found)
 
 
 def _motion_corrected(
     detections: BoardDetections,
-    seen: list[PhotoCorners],
-    index: dict[str, int],
+    seen: dict[int, PhotoCorners],
     scene: Scene,
     found: BodyMotion,
 ) -> BoardDetections:
     """The detections with corners shifted to where they would be had nothing moved."""
     if not seen:
         return detections
-    still = [scene.view(index[photo.name]) for photo in seen]
-    motions = [found.in_photo(index[photo.name]) for photo in seen]
+    photos, still = seen.values(), scene.views_of(seen)
     moved = [
-        replace(view, camera_from_world=view.camera_from_world @ motion)
-        for view, motion in zip(still, motions, strict=True)
+        replace(view, camera_from_world=view.camera_from_world @ found.in_photo(k))
+        for k, view in zip(seen, still, strict=True)
     ]
-    places = _triangulated_corners(seen, moved, len(detections.corners_mm))
-    kept_still = _triangulated_corners(seen, still, len(detections.corners_mm))
-    if _median_residual_px(seen, still, kept_still) < _median_residual_px(seen, moved, places):
+    places = _triangulated_corners(photos, moved, len(detections.corners_mm))
+    kept_still = _triangulated_corners(photos, still, len(detections.corners_mm))
+    if _median_residual_px(photos, still, kept_still) < _median_residual_px(photos, moved, places):
         return detections
     new: dict[str, PhotoCorners] = {}
-    for photo, here, there in zip(seen, still, moved, strict=True):
+    for photo, here, there in zip(photos, still, moved, strict=True):
         known = np.isfinite(places[photo.ids]).all(1)
         corners = places[photo.ids[known]]
         xy_px = photo.xy_px.copy()
@@ -478,23 +476,27 @@ def _motion_corrected(
     )
 
 
-def _triangulated_corners(seen: list[PhotoCorners], views: list[View], corners: int) -> AnyPoints3:
+def _triangulated_corners(
+    photos: Collection[PhotoCorners], views: Sequence[View], corners: int
+) -> AnyPoints3:
     """The board's corners triangulated from these views."""
     return triangulate(
         views,
-        np.repeat(np.arange(len(seen), dtype=np.int32), [len(photo.ids) for photo in seen]),
-        np.concatenate([photo.ids for photo in seen]),
-        np.concatenate([photo.xy_px for photo in seen]),
+        np.repeat(np.arange(len(photos), dtype=np.int32), [len(photo.ids) for photo in photos]),
+        np.concatenate([photo.ids for photo in photos]),
+        np.concatenate([photo.xy_px for photo in photos]),
         corners,
     ).points_in_world
 
 
-def _median_residual_px(seen: list[PhotoCorners], views: list[View], places: AnyPoints3) -> float:
+def _median_residual_px(
+    photos: Collection[PhotoCorners], views: Sequence[View], places: AnyPoints3
+) -> float:
     """Median reprojection error of the board's corners."""
     misses = np.concatenate(
         [
             np.linalg.norm(view.project(places[photo.ids]) - photo.xy_px, axis=1)
-            for photo, view in zip(seen, views, strict=True)
+            for photo, view in zip(photos, views, strict=True)
         ]
     )
     known = misses[np.isfinite(misses)]
@@ -553,23 +555,7 @@ def _halved(region: Region) -> tuple[Region, Region]:
 
 def _thinned(pairs: list[PairMatches], most: int) -> list[PairMatches]:
     """At most `most` matches of each pair: those whose keypoints have most other matches."""
-    uses: dict[int, np.ndarray] = {}
-    for pair in pairs:
-        for side, photo in enumerate((pair.first, pair.second)):
-            here = np.bincount(pair.keypoint_idx[:, side])
-            before = uses.get(photo, np.zeros(0, np.int64))
-            total = np.zeros(max(len(here), len(before)), np.int64)
-            total[: len(here)] += here
-            total[: len(before)] += before
-            uses[photo] = total
-    thin: list[PairMatches] = []
-    for pair in pairs:
-        reach = uses[pair.first][pair.keypoint_idx[:, 0]]
-        reach = reach + uses[pair.second][pair.keypoint_idx[:, 1]]
-        keep = np.zeros(len(pair), bool)
-        keep[np.argsort(-reach, kind="stable")[:most]] = True
-        thin.append(pair.some(keep))
-    return thin
+    return [pair.some(keep) for pair, keep in zip(pairs, best_connected(pairs, most), strict=True)]
 
 
 def _placed_by_matches(
@@ -613,24 +599,22 @@ def _adjusted(scene: Scene, cameras: Cameras, outlier_sigmas: float) -> Scene:
 
 def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras) -> Scene | None:
     """The scene placed by the board's corners alone, its shape free, with fixed lenses."""
-    index = {scene.names[k]: k for k in scene.placed}
-    seen = [photo for photo in detections.photos if photo.name in index]
+    seen = placed_photos(detections, scene)
     if len(seen) < 2:
         return None
-    places = _triangulated_corners(
-        seen, [scene.view(index[photo.name]) for photo in seen], len(detections.corners_mm)
-    )
+    photos = seen.values()
+    places = _triangulated_corners(photos, scene.views_of(seen), len(detections.corners_mm))
     known = np.asarray(np.isfinite(places).all(axis=1))
-    ids = np.concatenate([photo.ids for photo in seen])
-    photo_idx = np.repeat([index[photo.name] for photo in seen], [len(one.ids) for one in seen])
+    ids = np.concatenate([photo.ids for photo in photos])
+    photo_idx = np.repeat([*seen], [len(photo.ids) for photo in photos])
     kept = known[ids]
     corners = replace(
-        without_photos(scene, {*scene.placed} - {index[photo.name] for photo in seen}),
+        without_photos(scene, {*scene.placed} - {*seen}),
         points_in_world=places[known],
         observations=Observations(
             photo_idx=photo_idx[kept].astype(np.int32),
             point_idx=(np.cumsum(known) - 1)[ids[kept]].astype(np.int32),
-            xy_px=np.concatenate([photo.xy_px for photo in seen])[kept],
+            xy_px=np.concatenate([photo.xy_px for photo in photos])[kept],
         ),
     )
     adjusted = adjust(corners, _fixed_calibrations(scene, cameras), rounds=2)
@@ -640,9 +624,7 @@ def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras
 def _in_frame_of(scene: Scene, alone: Scene) -> Scene:
     """A scene that was placed anew, in the frame and at the scale of the original."""
     photos = sorted({*scene.placed} & {*alone.placed})
-    there = np.array([scene.view(k).centre_in_world for k in photos])
-    here = np.array([alone.view(k).centre_in_world for k in photos])
-    return alone.moved(fit_similarity(here, there)) if len(photos) > 2 else alone
+    return alone.moved(other_from_one(alone, scene, photos)) if len(photos) > 2 else alone
 
 
 def _retracked(

@@ -33,9 +33,7 @@ from limbgram.core.errors import PlacementError, RegionError, ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import (
     Rigid,
-    Similarity,
     angle_between_deg,
-    fit_similarity,
 )
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.run import Run
@@ -48,7 +46,7 @@ from limbgram.reconstruction.lens_groups import ByLens, by_cut, by_lens, lens_is
 from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
 from limbgram.reconstruction.mapping.placement import DEFAULTS as MAPPING
 from limbgram.reconstruction.mapping.placement import MappingOptions, place, place_roughly
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import Scene, other_from_one
 from limbgram.reconstruction.mapping.verdicts import reverified, solved_lenses
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.static_background import StaticBackground
@@ -429,9 +427,8 @@ def _agreeing_photos(own: Scene, scene: Scene) -> int | None:
     shared = sorted({*own.placed} & {*scene.placed})
     if len(shared) < _FEWEST_PHOTOS:
         return None
-    ours = np.array([scene.view(photo).centre_in_world for photo in shared])
-    theirs = np.array([own.view(photo).centre_in_world for photo in shared])
-    off = np.linalg.norm(_other_from_one(own, scene, shared).apply(theirs) - ours, axis=1)
+    ours, theirs = scene.centres_in_world(shared), own.centres_in_world(shared)
+    off = np.linalg.norm(other_from_one(own, scene, shared).apply(theirs) - ours, axis=1)
     size = np.linalg.norm(ours - ours.mean(0), axis=1)
     return len(shared) if off.max() < _AGREEING * size.mean() else None
 
@@ -621,7 +618,7 @@ def _is_one_body(sides: Sequence[Side], scene: Scene) -> bool:
         if len(shared) < _FEWEST_PHOTOS:
             return False
         cells.append(
-            _other_from_one(part.metric.scene, scene, shared).apply(
+            other_from_one(part.metric.scene, scene, shared).apply(
                 part.region.centres_mm(part.region.occupied)
             )
         )
@@ -784,19 +781,11 @@ def _floor_in(side: Side, metric: MetricScene) -> _Floor | None:
         shared = sorted({*part.metric.scene.placed} & {*metric.scene.placed})
         if floor_z is None or len(shared) < _FEWEST_PHOTOS:
             continue
-        world_from_part = _other_from_one(part.metric.scene, metric.scene, shared)
+        world_from_part = other_from_one(part.metric.scene, metric.scene, shared)
         normal = world_from_part.rotation[:, 2]
         on_floor = world_from_part.apply(np.array([[0.0, 0.0, floor_z]]))[0]
         return _Floor(normal, float(normal @ on_floor))
     return None
-
-
-def _other_from_one(one: Scene, other: Scene, shared: Sequence[int]) -> Similarity:
-    """Similarity other_from_one by the centres of photos that both place."""
-    return fit_similarity(
-        np.array([one.view(photo).centre_in_world for photo in shared]),
-        np.array([other.view(photo).centre_in_world for photo in shared]),
-    )
 
 
 def _without_floor(one: DepthMap, floor: _Floor, clearance_mm: float) -> DepthMap:

@@ -10,7 +10,7 @@ import numpy as np
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, towards
 from limbgram.core.geometry.lens import Camera
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -78,13 +78,7 @@ def walk_round(
         for k in range(count):
             azimuth = np.radians(start + (k + rng.uniform(-0.16, 0.16)) * 360 / count)
             elevation = np.radians(elevation_deg + rng.uniform(-6, 6))
-            away = np.array(
-                [
-                    np.cos(elevation) * np.cos(azimuth),
-                    np.cos(elevation) * np.sin(azimuth),
-                    np.sin(elevation),
-                ]
-            )
+            away = towards(azimuth, elevation)
             centre = target + away * distance_mm * rng.uniform(0.94, 1.06)
             poses.append(_aimed(centre, target + rng.uniform(-14, 14, 3), rng.normal(0, 2.5)))
     return tuple(poses)
@@ -100,10 +94,7 @@ def on_tripod(
     poses: list[Rigid] = []
     for elevation_deg in _ELEVATIONS_DEG[:rings]:
         elevation = np.radians(elevation_deg + rng.uniform(-6, 6))
-        level = np.cos(elevation)
-        away = np.array(
-            [level * np.cos(azimuth), level * np.sin(azimuth), float(np.sin(elevation))]
-        )
+        away = towards(azimuth, elevation)
         aim = target + rng.uniform(-14, 14, 3)
         poses += [_aimed(target + away * distance_mm, aim, rng.normal(0, 1.0))] * per_ring
     return tuple(poses[:photos])
@@ -125,14 +116,7 @@ def film_round(target: Vector3, distance_mm: float, frames: int, seed: int) -> t
     distance = distance_mm * (1.0 + swaying(0.05))
     aims = target + np.column_stack([swaying(12.0), swaying(12.0), swaying(12.0)])
     rolls_deg = swaying(4.0)
-    away = np.column_stack(
-        [
-            np.cos(elevation) * np.cos(azimuth),
-            np.cos(elevation) * np.sin(azimuth),
-            np.sin(elevation),
-        ]
-    )
-    centres = target + away * distance[:, None]
+    centres = target + towards(azimuth, elevation) * distance[:, None]
     return tuple(_aimed(*at) for at in zip(centres, aims, rolls_deg, strict=True))
 
 

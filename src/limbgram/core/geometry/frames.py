@@ -79,6 +79,20 @@ def rotated(vectors: AnyPoints3, rotation: Matrix3) -> AnyPoints3:
     return np.concatenate([piece @ rotation.T for piece in pieces])
 
 
+def towards(azimuth_rad: np.ndarray | float, elevation_rad: np.ndarray | float) -> np.ndarray:
+    """Unit vectors to an azimuth about z, from x, and an elevation above the plane of x and y."""
+    level = np.cos(elevation_rad)
+    return np.stack(
+        [level * np.cos(azimuth_rad), level * np.sin(azimuth_rad), np.sin(elevation_rad)], axis=-1
+    )
+
+
+def cross_matrix(vector: Vector3) -> Matrix3:
+    """The matrix [v]_x with [v]_x u = v x u."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def plane_basis(normal: Vector3) -> Float64[np.ndarray, "2 3"]:
     """Orthonormal basis of the plane across a normal of any length."""
     return np.linalg.svd(normal[None])[2][1:]

@@ -34,7 +34,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.arrays import AnyPoints2, AnyPoints3, Matrix3, Points2, Points3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, cross_matrix
 from limbgram.core.kernels import inlined, njit
 
 
@@ -463,8 +463,7 @@ def with_pose_step(
 ) -> Float64[np.ndarray, " view"]:
     """The packed view after the pose step (w, d), by Rodrigues' formula."""
     angle = float(np.linalg.norm(step[:3]))
-    wx, wy, wz = step[:3] if angle == 0.0 else step[:3] / angle
-    skew_axis = np.array([[0.0, -wz, wy], [wz, 0.0, -wx], [-wy, wx, 0.0]])
+    skew_axis = cross_matrix(step[:3] if angle == 0.0 else step[:3] / angle)
     rotation = np.eye(3) + np.sin(angle) * skew_axis
     rotation += (1.0 - np.cos(angle)) * (skew_axis @ skew_axis)
     moved = view.copy()

@@ -102,9 +102,8 @@ def two_body_equations(
     """
     centre = np.median(first.points_in_world, axis=0)
     first = first.moved(Similarity(1.0, np.eye(3), -centre))
-    centres = np.array([first.view(k).centre_in_world for k in photos])
-    second_centres = np.array([second.view(k).centre_in_world for k in photos])
-    second = second.moved(fit_similarity(second_centres, centres))
+    centres = first.centres_in_world(photos)
+    second = second.moved(fit_similarity(second.centres_in_world(photos), centres))
     prior = LensPrior.of(priors, hold_board_lenses=False)
     bodies = [SceneEquations.of(scene, photos, priors) for scene in (first, second)]
     offsets, motion_jacobians = _relative_poses(first, second, photos)

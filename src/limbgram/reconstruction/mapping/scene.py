@@ -1,5 +1,6 @@
 """The scene: placed photos, sparse points, their observations, and a verdict for every photo."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -7,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Points2, Points3
-from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.core.geometry.frames import Rigid, Similarity, cross_matrix, fit_similarity
 from limbgram.core.geometry.lens import POSE_SIZE, Camera, View
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding
@@ -320,10 +321,18 @@ class Scene:
         """How many lenses `camera_covariance` holds."""
         return len(self.cameras) if self.own is None else len(self.placed)
 
+    def centres_in_world(self, photos: Iterable[int]) -> Points3:
+        """Camera centres of these placed photos."""
+        return np.array([view.centre_in_world for view in self.views_of(photos)])
+
+    def views_of(self, photos: Iterable[int]) -> tuple[View, ...]:
+        """Views of these placed photos."""
+        return tuple(self.view(k) for k in photos)
+
     @property
     def views(self) -> tuple[View, ...]:
         """Views of the placed photos, in the order of `placed`."""
-        return tuple(self.view(k) for k in self.placed)
+        return self.views_of(self.placed)
 
     def residuals_px(self) -> Float64[np.ndarray, "m 2"]:
         """Measured minus projected, by observation."""
@@ -364,9 +373,13 @@ class Scene:
         step = np.eye(len(self.camera_covariance))
         for k, view in enumerate(self.views):
             pose = new_from_world.move_camera(view.camera_from_world)
-            x, y, z = pose.rotation @ new_from_world.translation
             turns = slice(POSE_SIZE * k, POSE_SIZE * k + 3)
             shifts = slice(POSE_SIZE * k + 3, POSE_SIZE * (k + 1))
             step[shifts, shifts] *= new_from_world.scale
-            step[shifts, turns] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+            step[shifts, turns] = cross_matrix(pose.rotation @ new_from_world.translation)
         return step @ self.camera_covariance @ step.T
+
+
+def other_from_one(one: Scene, other: Scene, photos: Sequence[int]) -> Similarity:
+    """By the centres of photos that both scenes place."""
+    return fit_similarity(one.centres_in_world(photos), other.centres_in_world(photos))

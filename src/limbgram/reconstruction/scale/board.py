@@ -41,7 +41,7 @@ from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.calibration.screening import free_unknowns, screen
 from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.bundle_adjustment import adjust
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import Scene, other_from_one
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.ruler import (
     LEAST_OBSERVATIONS,
@@ -53,7 +53,7 @@ from limbgram.reconstruction.scale.ruler import (
     size_by_cameras,
     stretch_by_cameras,
 )
-from limbgram.reconstruction.targets.board import BoardDetections
+from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 _ROUNDS = 20
 _LEAST_LIMIT_PX = 0.3
@@ -137,17 +137,21 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
     )
 
 
+def placed_photos(detections: BoardDetections, scene: Scene) -> dict[int, PhotoCorners]:
+    """The corners in each placed photo of the board, by the photo's index in the scene."""
+    index = {scene.names[k]: k for k in scene.placed}
+    return {index[one.name]: one for one in detections.photos if one.name in index}
+
+
 def _corner_observations(scene: Scene, detections: BoardDetections) -> CornerObservations:
     """Observations of the board's corners in placed photos."""
-    index = {scene.names[k]: k for k in scene.placed}
-    seen = [photo for photo in detections.photos if photo.name in index]
-    views = tuple(scene.view(index[photo.name]) for photo in seen)
-    lengths = [len(photo.ids) for photo in seen]
+    seen = placed_photos(detections, scene)
+    photos = seen.values()
     return CornerObservations(
-        views,
-        np.repeat(np.arange(len(seen), dtype=np.int32), lengths),
-        np.concatenate([photo.ids for photo in seen] or [np.zeros(0, np.int32)]),
-        np.concatenate([photo.xy_px for photo in seen] or [np.zeros((0, 2))]),
+        scene.views_of(seen),
+        np.repeat(np.arange(len(photos), dtype=np.int32), [len(photo.ids) for photo in photos]),
+        np.concatenate([photo.ids for photo in photos] or [np.zeros(0, np.int32)]),
+        np.concatenate([photo.xy_px for photo in photos] or [np.zeros((0, 2))]),
         len(detections.corners_mm),
     )
 
@@ -476,11 +480,8 @@ def adjusted_with_board(
         lens_covariance=adjusted.lens_covariance,
         camera_covariance=adjusted.covariance,
     )
-    before, after = (
-        np.array([view.centre_in_world for view in one.views]) for one in (scene, found)
-    )
     return replace(  # nothing holds the size of a scene: what is known in its unit stays so
-        found.moved(fit_similarity(after, before)),
+        found.moved(other_from_one(found, scene, scene.placed)),
         movement=scene.movement,
         bending=scene.bending,
         lens_explanations=scene.lens_explanations,

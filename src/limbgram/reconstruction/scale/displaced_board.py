@@ -35,6 +35,7 @@ from limbgram.core.geometry.triangulation import triangulate
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.scale.board import placed_photos
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 _FEWEST = 4
@@ -56,11 +57,8 @@ _LEAST_BREADTH = 0.1
 
 def without_displaced_board(scene: Scene, detections: BoardDetections) -> BoardDetections:
     """The detections of the largest run of photos that agree on the board's place."""
-    index = {scene.names[k]: k for k in scene.placed}
-    shown = sorted(
-        (one for one in detections.photos if one.name in index), key=lambda one: index[one.name]
-    )
-    seen = [_BoardView(one, scene.view(index[one.name])) for one in shown]
+    shown = placed_photos(detections, scene)
+    seen = [_BoardView(shown[k], scene.view(k)) for k in sorted(shown)]
     kept = _agreeing(seen, detections.corners_mm)
     if kept.agree.all():
         kept = _by_board_shape(seen, detections.corners_mm)

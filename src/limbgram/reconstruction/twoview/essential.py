@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
-from limbgram.core.geometry.frames import Rigid, plane_basis
+from limbgram.core.geometry.frames import Rigid, cross_matrix, plane_basis
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.twoview.fundamental import SELECTIONS, agreeing, ransac
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
@@ -53,9 +53,7 @@ def fundamental_from_pose(
     second_from_first: Rigid, first_matrix: Matrix3, second_matrix: Matrix3
 ) -> Matrix3:
     """F = K2^-T [t]_x R K1^-1, of unit norm."""
-    x, y, z = second_from_first.translation
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    essential = cross @ second_from_first.rotation
+    essential = cross_matrix(second_from_first.translation) @ second_from_first.rotation
     fundamental = np.linalg.inv(second_matrix).T @ essential @ np.linalg.inv(first_matrix)
     return fundamental / np.linalg.norm(fundamental)
 

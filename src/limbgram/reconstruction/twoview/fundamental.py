@@ -20,6 +20,7 @@ from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2
+from limbgram.core.geometry.frames import cross_matrix
 from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
 from limbgram.core.optimisation import ArrowheadEquations, Descent, Trial, minimise
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
@@ -210,19 +211,14 @@ def refine_fundamental_gold_standard(
     exact = np.hstack([points[:, :2], _project(projection, points)])
     residual = np.linalg.norm(np.hstack([first, second]) - exact, axis=1) / (2 * framing.scale)
     shift = np.concatenate([framing.to_first[:2, 2], framing.to_second[:2, 2]])
-    matrix = _cross(projection[:, 3]) @ projection[:, :3]
+    matrix = cross_matrix(projection[:, 3]) @ projection[:, :3]
     return GoldStandard(framing.outward(matrix), (exact - shift) / framing.scale, residual)
 
 
 def canonical_projection(fundamental: Matrix3) -> Projection:
     """P' = [[e']_x F | e'] of P = [I | 0]; e' is F's left null vector (H and Z, result 9.14)."""
     epipole = np.linalg.svd(fundamental)[0][:, 2]
-    return np.column_stack([_cross(epipole) @ fundamental, epipole])
-
-
-def _cross(vector: Float64[np.ndarray, "3"]) -> Matrix3:
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.column_stack([cross_matrix(epipole) @ fundamental, epipole])
 
 
 def _structure(

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Points2
-from limbgram.core.geometry.frames import SIMILARITY_SIZE
+from limbgram.core.geometry.frames import SIMILARITY_SIZE, cross_matrix
 from limbgram.core.geometry.lens import IN_PIXELS, PARAMETERS, POSE_SIZE, Camera
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.calibration.cameras import Calibration
@@ -55,8 +55,7 @@ def pose_figures(scene: Scene) -> PoseFigures | None:
     for k, view in enumerate(scene.views):
         part = slice(POSE_SIZE * k, POSE_SIZE * (k + 1))
         pose = covariance[part, part]
-        x, y, z = view.camera_from_world.translation
-        crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        crossed = cross_matrix(view.camera_from_world.translation)
         # C = -R' t; a turn w and a shift d of t move it by -R' (t x w + d).
         moved = -view.camera_from_world.rotation.T @ np.hstack([crossed, np.eye(3)])
         rows.append(

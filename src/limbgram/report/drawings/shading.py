@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from limbgram.core.geometry.arrays import Faces, Matrix3, Points3
-from limbgram.core.geometry.frames import rotated
+from limbgram.core.geometry.frames import rotated, towards
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import in_parallel
@@ -47,15 +47,9 @@ class Frame:
 def looking_along(azimuth_deg: float, elevation_deg: float = 0.0) -> Matrix3:
     """Rotation of a picture seen from this side of the world's z axis, z up."""
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
-    towards = np.array(
-        [
-            np.cos(elevation) * np.cos(azimuth),
-            np.cos(elevation) * np.sin(azimuth),
-            np.sin(elevation),
-        ]
-    )
+    viewer = towards(azimuth, elevation)
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    return np.stack([right, np.cross(-towards, right), -towards])
+    return np.stack([right, np.cross(-viewer, right), -viewer])
 
 
 def shade(
