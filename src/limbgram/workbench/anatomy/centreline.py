@@ -14,6 +14,7 @@ from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.polyline import distances_along
 from limbgram.core.mesh.mesh import unit
 
 _STEP_MM = 1.0
@@ -142,7 +143,7 @@ def _arc(corner: Vector3, before: Vector3, after: Vector3, reach_mm: float) -> P
 
 def _resampled_centreline(corners_mm: Points3) -> Centreline:
     """A centreline with points at even steps along a polyline."""
-    knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners_mm, axis=0), axis=1))])
+    knots = distances_along(corners_mm)
     at = np.linspace(0, knots[-1], max(int(knots[-1] / _STEP_MM), 2) + 1)
     points = np.column_stack([np.interp(at, knots, column) for column in corners_mm.T])
     directions = np.gradient(points, at, axis=0)

@@ -17,7 +17,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.mesh import Mesh, lengths, unit
+from limbgram.core.geometry.polyline import resampled
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import AnswersByMesh, tree_on
 from limbgram.workbench.edits.regions import Curve
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
@@ -63,7 +64,8 @@ def _make_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     ]
     for step_mm in _STEPS_MM:
         parts = [
-            _resampled(leg, max(_FEWEST_SEGMENTS, round(length_mm(leg) / step_mm))) for leg in legs
+            resampled(leg, max(_FEWEST_SEGMENTS, round(length_mm(leg) / step_mm)) + 1)[:-1]
+            for leg in legs
         ]
         sizes = np.array([len(part) for part in parts])
         ring = np.concatenate(parts)
@@ -73,20 +75,4 @@ def _make_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
         closed = np.concatenate([ring, ring[:1]])
         ends = np.append(starts, len(ring))
         legs = [closed[ends[k] : ends[k + 1] + 1] for k in range(count)]
-    found = tree.closest(ring)
-    normals = mesh.vertex_normals()[mesh.faces[found.faces]].mean(1)
-    return Curve(found.points_mm, _smoothed_normals(normals))
-
-
-def _resampled(way_mm: Points3, parts: int) -> Float64[np.ndarray, "parts 3"]:
-    """Points at equal distances along an open polyline, without its last point."""
-    walked = np.concatenate([[0.0], np.cumsum(lengths(np.diff(way_mm, axis=0)))])
-    at = np.linspace(0.0, walked[-1], parts + 1)[:-1]
-    return np.stack([np.interp(at, walked, axis) for axis in way_mm.T], axis=1)
-
-
-def _smoothed_normals(normals: Points3) -> Points3:
-    total = np.zeros_like(normals)
-    for shift in range(-_NORMAL_STEPS, _NORMAL_STEPS + 1):
-        total += np.roll(normals, shift, axis=0)
-    return unit(total)
+    return Curve.on(mesh, tree.closest(ring), _NORMAL_STEPS)

@@ -19,9 +19,11 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.polyline import distances_along, resampled
 from limbgram.core.mesh.mesh import Mesh, lengths
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.devices.layout import CoveredArea, Rib
 from limbgram.workbench.edits.regions import distances_from, distances_from_point
 
@@ -51,11 +53,11 @@ def printed_thickness(
     thick = np.full(len(mesh), base_mm)
     for zone in zones:
         away = distances_from_point(mesh, zone.middle_mm, zone.reach_mm + zone.falloff_mm)
-        thick += zone.add_mm * _falloff((away - zone.reach_mm) / zone.falloff_mm)
+        thick += zone.add_mm * (1 - smoothstep((away - zone.reach_mm) / zone.falloff_mm))
     for rib in ribs:
         half = 0.5 * rib.width_mm
         away = _distance_from_line(mesh, rib.line_mm, half + rib.falloff_mm)
-        thick += rib.add_mm * _falloff((away - half) / rib.falloff_mm)
+        thick += rib.add_mm * (1 - smoothstep((away - half) / rib.falloff_mm))
     return thick
 
 
@@ -80,20 +82,11 @@ def draped_thickness(
     return sheet_mm * np.exp(-2 * np.maximum(stretch, 0.0))
 
 
-def _falloff(beyond: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """1 up to 0, 0 from 1 on, smooth between."""
-    share = np.clip(beyond, 0.0, 1.0)
-    return 1 - share * share * (3 - 2 * share)
-
-
 def _distance_from_line(
     mesh: Mesh, line_mm: Float64[np.ndarray, "k 3"], limit_mm: float
 ) -> Float64[np.ndarray, " n"]:
     """Distance of each vertex over the surface from an open polyline on it."""
-    steps = lengths(np.diff(line_mm, axis=0))
-    walked = np.concatenate([[0.0], np.cumsum(steps)])
-    at = np.linspace(0.0, walked[-1], max(2, int(walked[-1] / _LINE_STEP_MM)))
-    dense = np.stack([np.interp(at, walked, axis) for axis in line_mm.T], axis=1)
+    dense = resampled(line_mm, max(2, int(distances_along(line_mm)[-1] / _LINE_STEP_MM)))
     faces = mesh.faces[np.unique(tree_on(mesh).closest(dense).faces)]
     first = np.unique(faces)
     start = np.full(len(mesh), np.inf)

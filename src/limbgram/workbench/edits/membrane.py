@@ -14,9 +14,10 @@ from jaxtyping import Float64, Int32, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.geometry.polyline import distances_along, resampled
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.folds import find_bent
-from limbgram.core.mesh.mesh import Mesh, dots, lengths, unit
+from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     boundary_loops,
@@ -85,10 +86,7 @@ def _with_lips(mesh: Mesh) -> Mesh:
 def _resampled(loop: Points3, edge_mm: float) -> Float64[np.ndarray, "m 3"]:
     """Points at about equal distances along a closed polyline."""
     whole = np.concatenate([loop, loop[:1]])
-    walked = np.concatenate([[0.0], np.cumsum(lengths(np.diff(whole, axis=0)))])
-    count = max(3, round(walked[-1] / edge_mm))
-    at = np.linspace(0.0, walked[-1], count + 1)[:-1]
-    return np.stack([np.interp(at, walked, axis) for axis in whole.T], axis=1)
+    return resampled(whole, max(3, round(distances_along(whole)[-1] / edge_mm)) + 1)[:-1]
 
 
 def _face_keys(faces: Faces, count: int) -> Int64[np.ndarray, " f"]:

@@ -25,7 +25,9 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.polyline import distances_along
 from limbgram.core.kernels import njit
+from limbgram.core.mesh.closest_point import Closest
 from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.sections import area_and_centroid, cut
 from limbgram.core.mesh.topology import (
@@ -58,6 +60,7 @@ _MOST_STRETCH = 4.0
 _FARTHEST_SHARE = 0.25
 """Share of a curve's extent by which its spline may leave the surface."""
 _MOST_ROUNDS = 5000
+_NORMAL_STEPS = 3
 _CONVERGED_MM = 1e-9
 _LEAST_EDGE_SHARE = 0.1
 """Shorter edges count as this share of the median, so that they do not dominate weights."""
@@ -70,6 +73,15 @@ class Curve:
     points_mm: Points3
     normals: Points3
     """Normals of the surface, smoothed over a few steps."""
+
+    @classmethod
+    def on(cls, mesh: Mesh, places: Closest, normal_steps: int) -> "Curve":
+        """Through places on a mesh; normals are averaged over so many points to either side."""
+        normals = mesh.vertex_normals()[mesh.faces[places.faces]].mean(1)
+        total = np.zeros_like(normals)
+        for shift in range(-normal_steps, normal_steps + 1):
+            total += np.roll(normals, shift, axis=0)
+        return cls(places.points_mm, unit(total))
 
     @property
     def length_mm(self) -> float:
@@ -244,7 +256,7 @@ def draw_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     steps = max(_LEAST_STEPS, int(np.ceil(gaps.sum() / _STEP_MM)))
     at = np.linspace(0.0, knots[-1], 4 * steps + 1)
     fine = spline(at)
-    walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    walked = distances_along(fine)
     even = np.interp(np.linspace(0.0, walked[-1], steps + 1)[:-1], walked, at)
     tree = tree_on(mesh)
     drawn = np.asarray(spline(even))
@@ -260,8 +272,7 @@ def draw_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
         )
         segment = int(np.searchsorted(knots, even[worst], side="right"))
         raise EditError("edit.curve.leaves", first=segment, second=segment % len(picked_mm) + 1)
-    normals = mesh.vertex_normals()[mesh.faces[closest.faces]].mean(1)
-    return Curve(closest.points_mm, _smoothed_normals(normals))
+    return Curve.on(mesh, closest, _NORMAL_STEPS)
 
 
 def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
@@ -493,13 +504,6 @@ def _moving_average(values: Float64[np.ndarray, " m"]) -> Float64[np.ndarray, " 
     """Moving average over five values, with the end values repeated."""
     padded = np.concatenate([values[:1], values[:1], values, values[-1:], values[-1:]])
     return np.asarray(sum(padded[k : k + len(values)] for k in range(5))) / 5
-
-
-def _smoothed_normals(normals: Points3) -> Points3:
-    around = sum(
-        (np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals)
-    )
-    return unit(around)
 
 
 def _faces_along(mesh: Mesh, faces: Int64[np.ndarray, " k"]) -> Bool[np.ndarray, " f"]:

@@ -32,6 +32,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.geometry.polyline import resampled
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, longest_sides_mm
@@ -151,7 +152,7 @@ class _SearchRegion:
         sides = self.surface.vertices_mm[self.edge_ends[self.surface.edges]]
         of_face = self.surface.edges
         size_mm = float(np.median(np.linalg.norm(sides[:, :, 0] - sides[:, :, 1], axis=2)))
-        dense = _resampled(way_mm, 2 + int(2 * length_mm(way_mm) / size_mm))
+        dense = resampled(way_mm, 2 + int(2 * length_mm(way_mm) / size_mm))
         off = KDTree(dense).query(middles, distance_upper_bound=_BAND_EDGES * size_mm)[0] / size_mm
         pairs = np.concatenate([of_face[:, [0, 1]], of_face[:, [1, 2]], of_face[:, [2, 0]]])
         pairs = pairs[np.isfinite(off[pairs]).all(1)]
@@ -192,15 +193,8 @@ def _tightened(tree: TriangleTree, rough_mm: Points3) -> Float64[np.ndarray, "pu
     way = rough_mm
     for count, times in _TIGHTENINGS:
         ends = np.isin(np.arange(count), (0, count - 1))
-        way = tree.relaxed(_resampled(way, count), ends, (1 / 2, 1 / 4, 0.0), times)
+        way = tree.relaxed(resampled(way, count), ends, (1 / 2, 1 / 4, 0.0), times)
     return way
-
-
-def _resampled(way_mm: Points3, count: int) -> Float64[np.ndarray, "count 3"]:
-    """Points at equal distances along a polyline."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way_mm, axis=0), axis=1))])
-    wanted = np.linspace(0, along[-1], count)
-    return np.column_stack([np.interp(wanted, along, way_mm[:, axis]) for axis in range(3)])
 
 
 def _faces_between(
