@@ -4,7 +4,7 @@
                              [--only starts,edits,frames]
 
 Starts `limbgram app` as its own process and asks it as a browser does. Writes
-results/app.{json,md}; parts that are not asked for stay as they were measured before, each with
+results/app.json; parts that are not asked for stay as they were measured before, each with
 its own machine and commit. Edits are timed from the request to the last byte of the answer, on a
 synthetic limb of some 250,000 triangles: each is previewed with another depth each time, so that
 nothing is taken from what was done before, and then kept. Frames are those in which the page drew

@@ -8,7 +8,7 @@ phases. Two runs: one with case ids as they come, which are mostly none; one in 
 that of the real case, so that requests reach the code behind it. Left out are streams of events,
 which never end; the end of the session; and in the second run what starts a reconstruction or
 takes the case away. A server error in any answer is a failure, and is listed. Writes
-results/app_requests.{json,md}.
+results/app_requests.json.
 """
 
 import argparse

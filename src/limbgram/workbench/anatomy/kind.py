@@ -19,10 +19,10 @@ several kinds have are written once, in the kind that has most of them, and take
 Directions are told by places, by the surface and by each other, so they exist in any frame of the
 mesh:
 
-    Line("shank", start=Mid(("medial malleolus", "lateral malleolus")), end=Mid(...))
-    Plane("plantar", through=(...), towards=Mid(...))
-    Cross("lateral", "foot", "plantar")
-    OfSurface("heel bisection", how="halves across", along="plantar", ...)
+    Line(name="shank", start=Midpoint(("medial malleolus", "lateral malleolus")), end=...)
+    Plane(name="plantar", through=(...), towards=Midpoint(...))
+    Cross(name="lateral", first="foot", second="plantar")
+    SurfaceAxis(name="heel bisection", how="halves across", along="plantar", ...)
 
 All are mirrored with the limb: what is lateral on a right one is lateral on a left one. So is the
 sense of an angle, and dorsiflexion, varus and toe-out have one sign on both. Every kind also has
