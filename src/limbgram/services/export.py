@@ -188,7 +188,7 @@ class Gcode:
         """
         kept = Machine() if self.machine is None else read_machine(self.machine)
         fast = dict(FAST) if self.preset == "fast" else {}
-        if self.machine is not None:
+        if kept.names_tool:
             fast.pop("tool_diameter_mm", None)
         return Machine(
             control=replace(kept.control, **self._given_of(kept.control)),

@@ -412,3 +412,15 @@ def test_a_file_that_nobody_named_is_not_written_over(scan: Path, kind: str, nam
     assert there.read_bytes() == b"an original"
     assert exported(scan, *words[2:], "-o", str(there))["written"] == str(there)
     assert there.read_bytes() != b"an original"
+
+
+@pytest.mark.parametrize(("named", "taken_mm"), [("tool_diameter_mm = 16", 16.0), ("", 19.0)])
+def test_the_fast_preset_takes_its_tool_where_the_machine_file_names_none(
+    tmp_path: Path, named: str, taken_mm: float
+) -> None:
+    file = tmp_path / "shop.toml"
+    file.write_text(f'format = "limbgram machine"\nversion = 1\n[carving]\n{named}\n')
+    ask = exporting.Gcode(machine=file, preset="fast")
+    assert ask.set_up().carving.tool_diameter_mm == taken_mm
+    typed = exporting.Gcode(machine=file, preset="fast", tool_diameter_mm=8.0)
+    assert typed.set_up().carving.tool_diameter_mm == 8.0

@@ -28,6 +28,8 @@ class Machine:
 
     control: Control = field(default_factory=Control)
     carving: CarveOptions = field(default_factory=CarveOptions)
+    names_tool: bool = field(default=False, compare=False)
+    """Whether its file names the tool's diameter."""
 
 
 def write_machine(machine: Machine, path: Path | str) -> Path:
@@ -95,7 +97,8 @@ def read_machine(path: Path | str) -> Machine:
         raise OptionsError("carver.file.wrong", name=path.name, why=reason_of(error)) from error
     check_control(control)
     check_options(carving)
-    return Machine(control=control, carving=carving)
+    names_tool = "tool_diameter_mm" in tree.get("carving", {})
+    return Machine(control=control, carving=carving, names_tool=names_tool)
 
 
 def _names(options: Control | CarveOptions) -> list[str]:
