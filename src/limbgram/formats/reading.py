@@ -127,9 +127,15 @@ def _unused(path: Path, record: OfAnother) -> Finding:
     )
 
 
-def read_mesh(path: Path, mm_per_unit: float) -> Mesh:
-    """The surface without its limb file."""
-    return _measured(_soup(path, _content(path)), mm_per_unit, path.name).mesh
+def read_mesh(path: Path, mm_per_unit: float | None = None) -> Mesh:
+    """The surface without its limb file.
+
+    Args:
+        mm_per_unit: None takes the file's own unit and, where it states none, millimetres.
+    """
+    soup = _soup(path, _content(path))
+    factor = mm_per_unit or _MM_PER_STATED.get(soup.stated_unit or "", 1.0)
+    return _measured(soup, factor, path.name).mesh
 
 
 def _soup(path: Path, content: bytes) -> Soup:

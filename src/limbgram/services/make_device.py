@@ -242,7 +242,7 @@ class _GivenBody:
 
 def _body(path: Path, *, cut: bool) -> _GivenBody:
     sha256 = hash_of(read_content(path, _LARGEST_BYTES, ShapeFileError))
-    body = ImportedBody(name=path.name, solid=read_mesh(path, 1.0), cut=cut)
+    body = ImportedBody(name=path.name, solid=read_mesh(path), cut=cut)
     return _GivenBody(body, KnownBody(name=path.name, cut=cut, sha256=sha256))
 
 

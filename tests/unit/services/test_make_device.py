@@ -15,6 +15,8 @@ from limbgram.cli.main import app
 from limbgram.core.errors import EditError, ExportError, LimbgramError, OptionsError
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import told
+from limbgram.formats.format import MeshWriter
+from limbgram.formats.glb import write_glb
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile, read_limb, read_mesh, read_shape
 from limbgram.formats.stl import write_stl
@@ -191,10 +193,11 @@ def test_an_order_for_another_limb_is_refused(foot: ShapeFile, tmp_path: Path) -
     assert refused.value.finding.code == "device.none_asked"
 
 
+@pytest.mark.parametrize(("kind", "write"), [("stl", write_stl), ("glb", write_glb)])
 def test_a_body_without_a_plate_is_refused_and_nothing_is_written(
-    foot: ShapeFile, tmp_path: Path
+    foot: ShapeFile, tmp_path: Path, kind: str, write: MeshWriter
 ) -> None:
-    lock = write_stl(make_stump().mesh, tmp_path / "lock.stl", "mm")
+    lock = write(make_stump().mesh, tmp_path / f"lock.{kind}", "mm")
     ask = MakeDeviceRequest(device="foot-orthosis", join=(lock,))
     with pytest.raises(LimbgramError) as refused:
         make(foot, ask, tmp_path / "out")
