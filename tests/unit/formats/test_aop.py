@@ -154,6 +154,9 @@ def test_a_second_number_on_a_line_is_no_radius() -> None:
 def test_what_is_odd_is_told() -> None:
     open_turn = read_aop(tiny(spokes=("4", "80")), "t").warnings
     assert open_turn == (note("aop.not_one_turn", spokes=4, spacing_deg=80.0),)
+    half = ("4", "0", "0", "60", "120", "180")
+    listed = read_aop(tiny(spokes=half, marks=("0",)), "t").warnings
+    assert listed == (note("aop.not_one_turn", spokes=4, spacing_deg=60.0),)
     longer = read_aop(tiny() + b"more\nand more\n", "t").warnings
     assert longer == (note("aop.lines_left_out", lines=2),)
 

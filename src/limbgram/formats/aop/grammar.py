@@ -24,6 +24,8 @@ _MOST_LANDMARKS, _MOST_POINTS = 1000, 10_000
 _MOST_COMMENTS = 10_000
 _LARGEST_VALUE = 1e5
 """No length or angle of a limb is larger, whatever its unit."""
+_WIDER = 1.25
+"""Listed spokes leave a gap if the last one lies farther from the first than this times any two."""
 _SIDES: dict[str, Side] = {"LEFT": "left", "RIGHT": "right", "NONE": "none"}
 
 
@@ -210,8 +212,15 @@ def _radius(word: str) -> float:
 
 
 def _turn_warnings(spokes: _Positions) -> list[Finding]:
-    count, spacing_deg = len(spokes.values), float(spokes.values[1])
-    if spokes.listed or abs(spacing_deg * count - 360) <= 0.5:
+    count = len(spokes.values)
+    if spokes.listed:
+        gaps_deg = np.diff(spokes.values)
+        closing_deg = 360 - float(gaps_deg.sum())
+        if closing_deg <= _WIDER * float(gaps_deg.max()) + 0.5:
+            return []
+        return [note("aop.not_one_turn", spokes=count, spacing_deg=float(gaps_deg.mean()))]
+    spacing_deg = float(spokes.values[1])
+    if abs(spacing_deg * count - 360) <= 0.5:
         return []
     if spokes.values[-1] >= 360:
         return [note("aop.over_one_turn", spokes=count, spacing_deg=spacing_deg)]
