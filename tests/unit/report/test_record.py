@@ -18,7 +18,7 @@ from limbgram.findings import Gravity, doubt, note, told
 from limbgram.report.html import html_of
 from limbgram.report.record.advice import tape_checks
 from limbgram.report.record.bias import biases
-from limbgram.report.record.layout import badge, measure_rows, record_report
+from limbgram.report.record.layout import badge, change_rows, measure_rows, record_report
 from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSource, ShapeSource
 from limbgram.workbench.edits.from_template import FromTemplate
@@ -326,6 +326,18 @@ def test_refusals() -> None:
     recipe = RecipeSource(recipe=Recipe(name="", scan_sha256=64 * "f"), sha256=64 * "d")
     with pytest.raises(OptionsError, match="another scan"):
         record_of(source(cylinder()), recipe=recipe)
+
+
+@pytest.mark.usefixtures("drawn_before")
+def test_two_tables_of_heights_say_from_where_each_counts() -> None:
+    options = RecordOptions(reference="tibial crest")
+    record = record_of(source(cylinder()), source(cylinder(), "b"), options=options)
+    measured = [float(row[0]) for row in measure_rows(record.content)]
+    compared = [float(row[0]) for row in change_rows(record.content)]
+    assert min(measured) < 0 <= min(compared)
+    page = html_of(record_report(record.content, record.pictures))
+    assert "Heights count from: tibial crest." in page
+    assert "Heights count from the origin of the other one" in page
 
 
 @pytest.mark.usefixtures("drawn_before")

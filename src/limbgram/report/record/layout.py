@@ -36,7 +36,10 @@ BIAS_NOTE = (
     "A bias shifts all radii one way (+ outwards); typical (RMS) and largest go both ways. 0.25 mm "
     "of radius is what a socket's fit can show."
 )
-COMPARISON_NOTE = "This shape is the second one: differences are this shape less the other."
+COMPARISON_NOTE = (
+    "This shape is the second one: differences are this shape less the other. Heights count from "
+    "the origin of the other one's frame."
+)
 MEASURE_HEADS = (
     "#height mm", "#tape mm", "#contour mm", "#ML mm", "#AP mm", "#area cm²", "#volume below mL",
 )  # fmt: skip

@@ -109,8 +109,9 @@ def comparison_lines(comparison: Comparison, language: str = LANGUAGES[0]) -> tu
         f"{figures.compared_share:.1%} of the first compared.",
         f"Normals: turned by {found.snae_mean_deg:.1f} degrees on average, 95 % by less than "
         f"{found.snae_p95_deg:.1f}.",
-        "Levels: tape and mL are the second's, mL of the slab since the last level (the first from "
-        "where the volume begins); changes are second less first.",
+        "Levels: heights in mm from the origin of the first's frame; tape and mL are the second's, "
+        "mL of the slab since the last level (the first from where the volume begins); changes are "
+        "second less first.",
         _HEADING,
         *(
             f"{level.height_mm:8.1f}  {told(level.reason, language)}"
