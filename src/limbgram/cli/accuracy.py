@@ -9,9 +9,8 @@ import typer
 from limbgram.cases.case_assessment import assess_case
 from limbgram.cases.folder import CaseFolder
 from limbgram.cli.progress import display
-from limbgram.cli.replies import Reply, answered, language, spoken
+from limbgram.cli.replies import Reply, advised, answered, spoken
 from limbgram.core.run import Run
-from limbgram.findings import advice, sentence
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.figures import TruthFigures
 
@@ -57,9 +56,7 @@ def accuracy_command(
 def accuracy_lines(case: CaseFolder, assessment: Assessment) -> tuple[str, ...]:
     """The assessment for people at a terminal."""
     found, truth = assessment.findings, assessment.figures.truth
-    limiting = [
-        f"  {sentence(one, language())}\n    -> {advice(one, language())}" for one in found[:_SHOWN]
-    ]
+    limiting = map(advised, found[:_SHOWN])
     more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
     return (
         spoken(assessment.headline),

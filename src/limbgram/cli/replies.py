@@ -26,7 +26,7 @@ from limbgram.core.errors import (
     disk_finding,
     printable,
 )
-from limbgram.findings import LANGUAGES, Finding, told
+from limbgram.findings import LANGUAGES, Finding, advice, sentence, told
 
 P = ParamSpec("P")
 
@@ -144,6 +144,12 @@ def _say(reply: Reply) -> None:
 def spoken(finding: Finding) -> str:
     """A finding's sentence and advice in the language of the terminal."""
     return told(finding, language())
+
+
+def advised(finding: Finding) -> str:
+    """A finding of a list, its advice below it where it has any."""
+    said, todo = sentence(finding, language()), advice(finding, language())
+    return f"  {said}" + (f"\n    -> {todo}" if todo else "")
 
 
 def language() -> str:

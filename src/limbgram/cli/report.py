@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cli.replies import Reply, answered, language, spoken
+from limbgram.cli.replies import Reply, advised, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import AlignedShape, UnitOfAll, shape_of
 from limbgram.core.errors import OptionsError
-from limbgram.findings import Finding, advice, sentence
+from limbgram.findings import Finding
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.report.record.content import Content
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
@@ -98,9 +98,6 @@ def _lines(content: Content) -> tuple[str, ...]:
         f"{content.id}: {'no side' if side == 'none' else side + ' side'}, millimetres",
         *(spoken(Finding.from_tree(one["verdict"])) for one in compared),
         "Before anything is made from it:",
-        *(
-            f"  {sentence(one, language())}\n    -> {advice(one, language())}"
-            for one in found[:_SHOWN]
-        ),
+        *map(advised, found[:_SHOWN]),
         *more,
     )

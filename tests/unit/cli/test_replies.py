@@ -13,8 +13,9 @@ import typer
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, advised, answered
 from limbgram.core.errors import PhotoError, printable, with_full_stop
+from limbgram.findings import note
 
 HOSTILE = "a\x1b[2J\x1b]0;owned\x07\u202egpj\r\x9b1m\udcff.jpg"
 
@@ -158,3 +159,12 @@ def test_what_is_written_is_named_in_the_language_of_the_terminal(
     monkeypatch.chdir(tmp_path)
     answer = CliRunner().invoke(app, words.split(), env={"LIMBGRAM_LANGUAGE": "de"})
     assert (answer.exit_code, said in answer.stderr) == (2, True), answer.output
+
+
+def test_a_finding_without_advice_has_no_arrow() -> None:
+    """A kit that passed stands among what is to be checked before a shape is made."""
+    passed = {"artefact": "Bar 3", "made": "2026-11-02", "months": 0, "certificate": "0a1b2c3d"}
+    assert advised(note("kit.passed", **passed)).count("\n") == 0
+    told, todo = advised(note("record.surface.no_sock")).split("\n")
+    assert told.startswith("  No sock")
+    assert todo.startswith("    -> If one was worn")
