@@ -487,7 +487,7 @@ def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Expor
         figures=_gcode_figures(report, limb.side, machine, kept_as),
         shown=check.carved.surface(),
         marks=limb.landmarks,
-        surface_within_mm=check.gouge_mm,
+        surface_within_mm=max(check.gouge_mm, check.left_mm),
         minutes=check.minutes,
     )
 

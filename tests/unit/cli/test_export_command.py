@@ -213,6 +213,7 @@ def test_of_a_wall_it_is_said_that_its_outside_is_carved(tmp_path: Path) -> None
         done = exporting.export(read, ask, tmp_path / f"{name}.nc", side="left")
         said = {one.code: one.values for one in done.said}
         assert ("exported.gcode.outside_of_wall" in said) == (name != "bare")
+        assert 0.5 < done.figures["left_mm"] <= (done.surface_within_mm or 0)  # ridges of 0.8 mm
         if name != "bare":
             told = said["exported.gcode.outside_of_wall"]
             assert told["wall_mm"] == pytest.approx(4.0, abs=0.05)
