@@ -18,6 +18,7 @@ from limbgram.findings import Gravity, doubt, note, told
 from limbgram.report.html import html_of
 from limbgram.report.record.advice import tape_checks
 from limbgram.report.record.bias import biases
+from limbgram.report.record.content import TapeRead
 from limbgram.report.record.layout import badge, change_rows, measure_rows, record_report
 from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSource, ShapeSource
@@ -326,6 +327,18 @@ def test_refusals() -> None:
     recipe = RecipeSource(recipe=Recipe(name="", scan_sha256=64 * "f"), sha256=64 * "d")
     with pytest.raises(OptionsError, match="another scan"):
         record_of(source(cylinder()), recipe=recipe)
+
+
+@pytest.mark.usefixtures("drawn_before")
+def test_a_tape_has_its_interval_where_the_shape_has_none() -> None:
+    read = TapeRead(
+        made="", height_mm=60.0, read_mm=314.0, measured_mm=314.1, within_mm=2.9, conflict=False
+    )
+    record = record_of(source(cylinder()), options=RecordOptions(tape=(read,)))
+    page = html_of(record_report(record.content, record.pictures))
+    assert "+0.1 ± 2.9" in page
+    assert "no figure has a ±" not in page
+    assert "none of its own figures has a ±" in page
 
 
 @pytest.mark.usefixtures("drawn_before")
