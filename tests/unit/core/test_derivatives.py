@@ -296,7 +296,6 @@ def test_a_bodys_equations_are_half_the_costs_gradient() -> None:
         corner_idx=corner_idx,
         xy_px=xy_px + drawn.normal(0, 0.5, xy_px.shape),
         sigma_px=0.5,
-        camera=LENS,
     )
     equations = body.equations(bundle, 3.0)
     still, rest = np.zeros_like(shape), bundle.unknowns

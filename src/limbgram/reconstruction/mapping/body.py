@@ -12,9 +12,14 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from scipy.spatial.transform import Rotation
 
-from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import SIMILARITY_SIZE, Rigid, Similarity
-from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, differentiate_all
+from limbgram.core.geometry.lens import (
+    LENS_SIZE,
+    POSE_SIZE,
+    differentiate_all,
+    lens_derivatives,
+)
 from limbgram.core.optimisation import ArrowheadEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.bundle_equations import robust_cost
@@ -36,8 +41,6 @@ class Body:
     xy_px: Float64[np.ndarray, "m 2"]
     sigma_px: float
     """Standard deviation of a measured coordinate."""
-    camera: Camera
-    """Any: only its form matters, the bundle has the numbers."""
 
     @property
     def corners(self) -> Points3:
@@ -69,7 +72,7 @@ class Body:
             by_rest[rows, :, POSE_SIZE * k : POSE_SIZE * (k + 1)] = by_pose
             by_rest[rows, :, lens : lens + LENS_SIZE] = by_lens
             by_corner[rows] = by_point
-            residual[rows] = self.xy_px[rows] - self._view(bundle, k).project(points)
+            residual[rows] = self.xy_px[rows] - _projected(bundle.views[k], points)
         by_rest[:, :, -SIMILARITY_SIZE:] = by_corner @ self._by_whole()[self.corner_idx]
 
         spread = (residual**2).sum(1) / (CAUCHY_SIGMAS * self.sigma_px) ** 2
@@ -101,10 +104,12 @@ class Body:
             self.world_from_body.apply(self.shape) - self.world_from_body.translation
         )
 
-    def _view(self, bundle: Bundle, photo: int) -> View:
-        numbers = bundle.views[photo]
-        pose = Rigid(numbers[:9].reshape(3, 3), numbers[9:12])
-        return View("", self.camera.with_parameters(numbers[12:]), pose)
+
+def _projected(view: Float64[np.ndarray, " view"], points: Points3) -> Points2:
+    """Pixels as the kernels have them, also where the lens model folds inside the picture."""
+    in_camera = Rigid(view[:9].reshape(3, 3), view[9:12]).apply(points)
+    depth = np.where(in_camera[:, 2] > 0.0, in_camera[:, 2], np.inf)  # derivatives are zero there
+    return lens_derivatives(in_camera[:, 0] / depth, in_camera[:, 1] / depth, view[12:]).xy_px
 
 
 def moves_of_whole(arms: Points3) -> Float64[np.ndarray, "n 3 7"]:

@@ -527,7 +527,6 @@ def _body_of(
         corner_idx=np.searchsorted(ids, seen.point_idx[used]).astype(np.int64),
         xy_px=np.ascontiguousarray(seen.xy_px[used]),
         sigma_px=max(corners.sigma_px, _LEAST_SIGMA_PX),
-        camera=scene.cameras[0],
     )
 
 

@@ -204,12 +204,16 @@ def test_held_lenses_stay_held(capture) -> None:
     assert joined(held, capture.detections(CORNER_PX)).scene.cameras == scene.cameras
 
 
-def test_equations_of_a_body_are_the_slopes_of_its_cost(capture) -> None:
+@pytest.mark.parametrize("folds_at", [np.inf, 0.15])
+def test_equations_of_a_body_are_the_slopes_of_its_cost(capture, folds_at: float) -> None:
+    """Also of corners that a very wide lens shows where its model has turned back."""
     draw = np.random.default_rng(0)
     scene, board = capture.scene, capture.detections(0.2)
-    bundle, corners = Bundle.of(scene), np.array([0, 5, 9, 20])
+    corners = np.array([0, 5, 9, 20])
     by_board = to_millimetres(scene, board).scene
     scene_from_metric = fit_similarity(by_board.points_in_world, scene.points_in_world)
+    folded = replace(scene.cameras[0], k3=-1.0 / (7.0 * folds_at**6))
+    bundle = Bundle.of(replace(scene, cameras=(folded,)))
     shape = board.corners_mm[corners] - board.corners_mm.mean(0)
     body = Body(
         shape=shape,
@@ -223,7 +227,6 @@ def test_equations_of_a_body_are_the_slopes_of_its_cost(capture) -> None:
         corner_idx=np.repeat(np.arange(4), 3),
         xy_px=np.concatenate([[board.photos[k].xy_px[c] for k in range(3)] for c in corners]),
         sigma_px=0.3,
-        camera=scene.cameras[0],
     )
     equations = body.equations(bundle, 3.0)
 
