@@ -41,6 +41,7 @@ from limbgram.reconstruction.mapping.lens_equations import (
     MAX_SPREAD,
     USUAL_SPREAD,
     eliminate,
+    known_deviations_rhs,
     lens_basis,
     packed_lenses,
     point_clusters,
@@ -227,6 +228,7 @@ def _field_equations(
     free[lens] = prior.free
     kept = np.arange(first + lenses, len(right))
     reduced, reduced_right = eliminate(normal, right, np.flatnonzero(free), kept)
+    reduced_right = reduced_right + known_deviations_rhs(scene, scene.placed, reduced)
     return FieldEquations(photos, _NUMBERS, reduced, reduced_right, photos * len(clusters))
 
 

@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from limbgram.reconstruction.hypotheses.curvature import CurvatureChange, find_curvature_change
-from limbgram.reconstruction.mapping.lens_equations import DEVIATION_SIZE
-from limbgram.reconstruction.mapping.scene import Movement
+from limbgram.reconstruction.mapping.bundle_adjustment import adjust
+from limbgram.reconstruction.mapping.lens_deviations import DEVIATIONS
+from limbgram.reconstruction.mapping.lens_equations import (
+    DEVIATION_SIZE,
+    USUAL_SPREAD,
+    lens_basis,
+)
+from limbgram.reconstruction.mapping.scene import Movement, OwnLenses
 
 Take = Callable[..., Any]
 N = 14
@@ -63,6 +69,30 @@ def test_a_lens_that_changes_between_two_photos_bends_no_limb(take: Take, number
     own[:, number] = 3e-3 * LATER if number != 2 else 5e-3 * LATER
     bent = found(take, np.zeros(N), own=own)
     assert bent is None or not bent.explanation.is_fact
+
+
+def test_a_bow_weighs_the_same_however_far_lenses_of_photos_were_solved(take: Take) -> None:
+    """They are drawn about their camera's lens, not about what the adjustment found."""
+    own = 3.0 * np.random.default_rng(3).normal(size=(N, DEVIATION_SIZE)) * USUAL_SPREAD
+    own[:, 7:] = 0.0
+    taken = take(bows_mm=0.6 * LATER, points=300, outlier_sigmas=16.0, seed=3, own=own)
+    given = taken.calibration
+    held = replace(given, covariance=np.zeros_like(given.covariance))
+    scores: list[float] = []
+    for share in (1.0, 0.8):
+        solved = OwnLenses(
+            deviations=DEVIATIONS,
+            values=share * own[:, :7],
+            spread=np.std(own[:, :7], axis=0),
+            shifts=share * own @ lens_basis(given.camera).T,
+            chances=(1e-9,) * len(DEVIATIONS),
+        )
+        start = replace(taken.limb, own=solved)
+        scene = adjust(start, [held], rounds=2, outlier_sigmas=16.0).scene
+        bent = find_curvature_change(scene, [given], 1.0)
+        assert bent is not None
+        scores.append(bent.explanation.score)
+    assert scores[0] == pytest.approx(scores[1], rel=0.03)
 
 
 def test_one_photo_alone_bends_no_limb(take: Take) -> None:
