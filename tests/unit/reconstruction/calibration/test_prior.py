@@ -64,7 +64,7 @@ def test_a_smaller_copy_takes_the_calibration_with_it() -> None:
 
 @pytest.mark.parametrize("size", [(1600, 1067), (894, 596), (893, 595)])
 def test_a_copy_in_whole_pixels_shows_the_whole_picture(size: tuple[int, int]) -> None:
-    """Whoever reduces a picture maps its borders to borders, and rounds both sides by themselves."""
+    """Whoever reduces a picture maps borders to borders, and rounds each side by itself."""
     given = calibrated()
     (taken,) = cameras_for(photo_set(size), [given]).calibrations
     points = np.array([(-0.2, -0.14, 1.0), (0.0, 0.0, 1.0), (0.2, 0.14, 1.0), (0.2, -0.14, 1.0)])
