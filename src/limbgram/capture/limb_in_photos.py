@@ -96,8 +96,11 @@ class InspectionCache:
 
 
 def known_by(small: Photo) -> str:
-    """Key of what is known of a photo: its content, and the mask of its reduced copy."""
-    return f"{small.sha256} {small.mask_path or ''}"
+    """Key of what is known of a photo: its content, its reduced copy, and the mask of that.
+
+    A copy of a photo of sixteen bits a sample is made anew once another photo uses more of them.
+    """
+    return f"{small.sha256} {small.path} {small.mask_path or ''}"
 
 
 def limb_points(metric: MetricScene) -> Int64[np.ndarray, " n"]:

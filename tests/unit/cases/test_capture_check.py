@@ -9,9 +9,11 @@ import pytest
 from PIL import Image
 
 from limbgram.capture.coach import Coach
+from limbgram.capture.limb_in_photos import known_by
 from limbgram.cases import capture_check
 from limbgram.cases.capture_check import CaptureWatch, reduce_photos
 from limbgram.core.run import Run
+from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.lenses import copies_of, cut_from
 from limbgram.reconstruction.photos.masks import load_mask
 from limbgram.reconstruction.photos.photo import PhotoSet
@@ -74,6 +76,28 @@ def test_while_photos_arrive_a_mask_counts_from_when_it_is_there(tmp_path: Path)
     assert masks[0] is None
     assert [int(one.sum()) for one in masks[1:] if one is not None] == [200 * 300, 100 * 300]
     assert all(one.photos[1].mask_path is None for one in shown)
+
+
+def test_what_is_known_of_a_photo_goes_with_its_bit_depth(tmp_path: Path) -> None:
+    """A dark photo of fourteen bits seems to have twelve until a bright one arrives."""
+    draw = np.random.default_rng(5)
+
+    def take(name: str, brightest: int) -> None:
+        grey = draw.integers(0, brightest, (300, 400), dtype=np.uint16)
+        Image.fromarray(grey).save(tmp_path / name)
+
+    take("a.tif", 4095)
+    take("b.tif", 4095)
+    with CaptureWatch((), None) as watch:
+        shown = Listening(watch).shown
+        watch.check([tmp_path])
+        take("c.tif", 16383)
+        watch.check([tmp_path])
+        watch.check([tmp_path])
+        before, after, again = (one.photos[0] for one in shown)
+        assert load_luma(before).mean() > 3 * load_luma(after).mean()
+    assert known_by(before) != known_by(after)
+    assert known_by(after) == known_by(again)
 
 
 def test_a_mask_that_is_painted_anew_while_copies_are_made_counts_from_the_next_check(
