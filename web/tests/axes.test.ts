@@ -36,3 +36,43 @@ test("axes that were set by the way somebody looked are set: the next thing is t
   await made.rest();
   expect(made.now.chosenAnew).toBe(true);
 });
+
+test("axes that are set again keep the end up that is shown, as their form says", async () => {
+  const sent: { proximal: number[] }[] = [];
+  vi.stubGlobal("fetch", async (request: Request) => {
+    sent.push((await request.json()) as { proximal: number[] });
+    return json({ aligned: true, places: [] });
+  });
+  const { useAxes } = await import("../src/screens/align/axes");
+  const nothing = async () => {};
+  const rotation = [
+    [1, 0, 0],
+    [0, -1, 0],
+    [0, 0, -1],
+  ];
+  const subject = {
+    openCase: { id: "K7Q-4F2", again: nothing },
+    limb: { frame: { rotation, translation: [0, 0, 0] } },
+    aligned: true,
+    kind: "transtibial",
+    side: "left",
+    saved: signal(""),
+    act: { run: async (act: () => Promise<void>) => await act() },
+    asked: { again: nothing, askedSince: () => false },
+    take: () => {},
+  };
+  const made = await running(() => useAxes(subject as never, { places: [], known: [] } as never));
+  made.now.set();
+  await made.rest();
+  made.now.flipped.value = true;
+  made.now.set();
+  await made.rest();
+  made.now.flexion_deg.value = 90;
+  made.now.set();
+  await made.rest();
+  expect(sent.map((one) => one.proximal.map((value) => Math.round(value) + 0))).toEqual([
+    [0, 0, -1],
+    [0, 0, 1],
+    [0, 1, 0],
+  ]);
+});

@@ -5,7 +5,7 @@ import { Vector3 } from "three";
 
 import type { Schemas } from "../../api/client";
 import { type AxesTurn, STILL, turned } from "../../geometry/axes-turn";
-import { type Vec3, scale, sub, xyz } from "../../geometry/vectors";
+import { type Rigid, type Vec3, add, scale, sub, xyz } from "../../geometry/vectors";
 import { sided } from "../../limb-kinds";
 import { perform } from "../../state/acts";
 import { t } from "../../texts";
@@ -63,7 +63,7 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const set = () =>
     void subject.act.run(async () => {
       if (sideLacks) return;
-      const up = limb && (!aligned || flipped.value) ? scale(limb.frame.rotation[2], flipped.value ? -1 : 1) : null;
+      const up = limb && scale(axisOf(limb.frame, aligned ? flexion_deg.value : 0), flipped.value ? -1 : 1);
       const body: Schemas["Align"] = {
         side: side ?? "none",
         kind,
@@ -105,6 +105,12 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
 export function towardsViewer(viewer: Viewer | null): Vec3 | null {
   if (!viewer?.surface) return null;
   return sub(xyz(viewer.surface.toMesh(viewer.axes().back)), xyz(viewer.surface.toMesh(new Vector3())));
+}
+
+/** The long axis that is shown, proximally, in the mesh's frame: the flexion with which it was set takes its top backwards. */
+function axisOf({ rotation: [, forwards, up] }: Rigid, flexion_deg: number): Vec3 {
+  const angle = (flexion_deg * Math.PI) / 180;
+  return add(scale(up, Math.cos(angle)), scale(forwards, -Math.sin(angle)));
 }
 
 const tenth = (deg: number) => Math.round(10 * deg) / 10;
