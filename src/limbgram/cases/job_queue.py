@@ -150,6 +150,7 @@ class RunningJob:
     file: JobFile
     on_change: Callable[[], None]
     on_finished: Callable[[], None]
+    """Called when it ends whole and was never held: its pace is that of the machine."""
     on_idle: Callable[[], None]
     """Called when it ends or is held: another job may start."""
     usual_s_per_mp: dict[str, float]
@@ -161,6 +162,9 @@ class RunningJob:
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _running_since: float = 0.0
     _stage_since: float = 0.0
+    _held_since: float | None = None
+    _was_held: bool = False
+    """What its process says of its stages' times includes its rest."""
     _saved_at: float = 0.0
 
     def queue(self) -> None:
@@ -191,6 +195,9 @@ class RunningJob:
         with self._lock:
             self.file = replace(self.file, state="running")
             self._running_since = time.monotonic()
+            if self._held_since is not None:
+                self._stage_since += self._running_since - self._held_since
+                self._held_since = None
         if self._supervision is not None:
             self._supervision.resume()
             self._try_save()
@@ -226,6 +233,7 @@ class RunningJob:
                 raise CaseError("job.nothing_to_hold")
             if not self._supervision.hold():
                 raise CaseError("job.cannot_hold")
+            self._held_since, self._was_held = time.monotonic(), True
             self.file = replace(self.file, elapsed_s=self.elapsed_s, state="held", wanted=False)
         self._try_save()
         self.on_idle()
@@ -258,7 +266,9 @@ class RunningJob:
         )
 
     def _stage_elapsed_s(self) -> float:
-        return time.monotonic() - self._stage_since
+        """Of the running stage, without the time that it was held."""
+        now = time.monotonic() if self._held_since is None else self._held_since
+        return max(0.0, now - self._stage_since)
 
     def _wait(self) -> None:
         supervision = self._supervision
@@ -310,7 +320,7 @@ class RunningJob:
             )
         try:
             self._try_save()
-            if state == "finished":
+            if state == "finished" and not self._was_held:
                 self.on_finished()
         finally:
             self.on_idle()

@@ -10,7 +10,8 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from fastapi.testclient import TestClient
@@ -18,11 +19,12 @@ from PIL import Image
 
 from limbgram.app.state import AppState
 from limbgram.cases.case_record import write_json
-from limbgram.cases.folder import locked
+from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.job_queue import (
     JobFile,
     Runner,
     RunningJob,
+    StageProgress,
     mark_interrupted,
     read_job_file,
 )
@@ -128,6 +130,38 @@ def test_a_run_rests_without_counting_time_and_goes_on(
     assert client.post(f"{case}/job/resume").json()["state"] == "running"
     wait(client, case, lambda job: stage(job, "detect")["done"] > steps + 10)
     client.post(f"{case}/job/cancel")
+
+
+def test_time_that_a_run_rests_is_none_of_its_stages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor of the pace that later runs are foretold by."""
+    now, finished = [0.0], list[str]()
+    monkeypatch.setattr("limbgram.cases.job_queue.time", SimpleNamespace(monotonic=lambda: now[0]))
+    half = StageProgress(name="detect", title="", state="running", done=50, total=100)
+    job = RunningJob(
+        case=CaseFolder(tmp_path),
+        file=JobFile(state="running", order="{}", megapixels=1.0, began="", stages=(half,)),
+        on_change=lambda: None,
+        on_finished=lambda: finished.append("pace"),
+        on_idle=lambda: None,
+        usual_s_per_mp={},
+        usual_known=True,
+    )
+    process = SimpleNamespace(hold=lambda: True, resume=lambda: None, process_id=1)
+    job._supervision = cast(Any, process)
+    now[0] = 10.0
+    before = job.time_left()
+    job.hold()
+    now[0] = 3610.0
+    assert job.time_left() == before
+    job.begin(())
+    assert job.time_left() == before
+    now[0] = 3620.0
+    job._progress("match", 0, 10)
+    assert {one.name: one.seconds for one in job.file.stages}["detect"] == 20.0
+    job._end("finished")
+    assert finished == []
 
 
 @pytest.mark.parametrize("body", [SLOW, DEAF], ids=["listens", "does not listen"])
