@@ -152,6 +152,8 @@ class ShelvedCase:
     def clear_intermediate(self) -> int:
         """Remove what a run can make again from the photos; returns the bytes that it freed.
 
+        Results of an earlier run stay until another one finishes: they may be all there are.
+
         The products of a finished case are its evidence (accuracy, marks in photos, the photos that
         measured a point): without them the case must be computed again for these.
 
@@ -159,10 +161,9 @@ class ShelvedCase:
             CaseError: a run is working in it.
         """
         with locked(self.folder):
-            gone = [self.folder.stages, self.folder.superseded]
-            freed = sum(_size(file) for one in gone if one.is_dir() for file in _files(one))
-            for one in gone:
-                shutil.rmtree(one, ignore_errors=True)
+            gone = self.folder.stages
+            freed = sum(_size(file) for file in _files(gone)) if gone.is_dir() else 0
+            shutil.rmtree(gone, ignore_errors=True)
         return freed
 
 

@@ -65,8 +65,11 @@ def test_deleting_lists_what_goes_and_leaves_nothing(
     (folder / "stages" / "detect" / "arrays.npz").write_bytes(bytes(5000))
     held = {one["what"]: one for one in client.get(f"{API}/cases/{case_id}/contents").json()}
     assert held["photos"] == {"what": "photos", "files": 1, "bytes": 1000}
+    (folder / "superseded").mkdir()
+    (folder / "superseded" / "report.html").write_bytes(bytes(300))
     assert client.post(f"{API}/cases/{case_id}/clear").json() == {"bytes": 5000}
     assert (folder / "received" / "a.jpg").is_file()
+    assert (folder / "superseded" / "report.html").is_file(), "results stay, it was said"
     assert client.delete(f"{API}/cases/{case_id}").status_code == 204
     assert client.get(f"{API}/cases/{case_id}").status_code == 404
     assert not list(app_state.shelf.root.rglob("a.jpg"))
