@@ -1,6 +1,6 @@
 /** The file that is asked for: its kind, its side and who signs for it; the server writes it and reads it back. */
 import { useSignal } from "@preact/signals";
-import { useRef } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 
 import { type Schemas, answerOf, api } from "../../api/client";
 import { usualOf } from "../../formats";
@@ -32,7 +32,8 @@ type Side = "left" | "right";
 
 export type Export = ReturnType<typeof useExport>;
 
-export function useExport(openCase: OpenCase) {
+/** @param tag - Of the shape as it is now; null until that is known. */
+export function useExport(openCase: OpenCase, tag: string | null) {
   const path = { params: { path: { case_id: openCase.id } } };
   const kind = useSignal("aop");
   const side = useSignal<Side | null>(null);
@@ -67,6 +68,12 @@ export function useExport(openCase: OpenCase) {
     };
     if (!act.busy.value) void act.run(writeWanted).then(() => before.again());
   };
+  // A change in another window made another shape: its file is written anew, and looked at anew.
+  const last = useRef<string | null>(null);
+  useEffect(() => {
+    if (last.current && tag && last.current !== tag && wanted.current) write();
+    last.current = tag ?? last.current;
+  }, [tag]);
   /** What the receiver expects of a kind, as it stands in its fields. */
   const howOf = (one: string): NonNullable<Schemas["NewExport"]["how"]> => Object.fromEntries((ASKED[one] ?? []).map(({ name }) => [name, valueOf(one, name)]));
   const valueOf = (one: string, name: string): number | undefined => entered.value[one]?.[name] ?? usualOf(one, name);

@@ -18,8 +18,8 @@ import { SignerCard } from "./signer-card";
 
 export function SendScreen({ openCase }: CaseProps) {
   const path = { params: { path: { case_id: openCase.id } } };
-  const made = useExport(openCase);
   const ledger = useQuery(() => answerOf(api.GET("/api/v1/cases/{case_id}/recipe/ledger", path)), [openCase.id, openCase.changes.work]);
+  const made = useExport(openCase, ledger.value.value?.recipe.tag ?? null);
   const w = made.written.value;
   const off = made.off();
   return (
