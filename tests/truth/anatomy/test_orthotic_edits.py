@@ -1,6 +1,7 @@
 """Edits of orthotists, against what each says it does: which way, how far, where."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.findings import Finding
 from limbgram.workbench.edits.arch_fill import ArchFill
 from limbgram.workbench.edits.build_ups import BuildUps
 from limbgram.workbench.edits.cutting import ON_CUT_MM
@@ -28,6 +30,10 @@ from limbgram.workbench.recipe.file import make_edit
 
 MakeLimb = Callable[..., Limb]
 SIDES = [False, True]
+
+
+def name_of_edit(edit: Edit) -> str:
+    return name_of(type(edit))
 
 
 def steps(limb: Limb, after: Limb) -> np.ndarray:
@@ -128,6 +134,19 @@ def test_an_expansion_widens_the_lateral_border_and_the_heel(foot_of: MakeLimb, 
     middle = (sole.points_mm[:, 1] > 0.5 * sole.length_mm) & (sole.points_mm[:, 0] < 0)
     assert np.abs(moved[middle, 0]).max() < 0.5
     assert np.abs(moved[sole.points_mm[:, 2] > 60.0]).max() == 0
+
+
+@pytest.mark.parametrize("edit", [PlantarBoard(), ArchFill(), Expansion()], ids=name_of_edit)
+def test_heights_over_the_sole_need_the_places_under_it(foot_of: MakeLimb, edit: Edit) -> None:
+    """Else an expansion that ends at 20 mm would reach 44 mm up an adult's foot."""
+    limb = foot_of()
+    place = "plantar first metatarsal head"
+    marks = tuple(one for one in limb.landmarks if one.name != place)
+    with pytest.raises(EditError) as refused:
+        do_edit(replace(limb, landmarks=marks), edit)
+    reason = refused.value.finding.values["reason"]
+    assert isinstance(reason, Finding)
+    assert reason.values["names"] == (place,)
 
 
 def test_the_preset_is_built_up_over_each_marked_bone(foot_of: MakeLimb) -> None:

@@ -53,7 +53,7 @@ class ArchFill(Edit):
         Raises:
             EditError: a landmark is missing.
         """
-        sole = Sole.of(limb)
+        sole = Sole.over_marked_places(limb)
         x, y, z = sole.points_mm.T
         along = bump((y - sole.arch[1]) / (self.along * sole.length_mm))
         across = smoothstep((sole.lateral_mm - x) / (sole.lateral_mm - sole.medial_mm))

@@ -56,7 +56,7 @@ class Expansion(Edit):
         Raises:
             EditError: a landmark is missing.
         """
-        sole = Sole.of(limb)
+        sole = Sole.over_marked_places(limb)
         x, y, z = sole.points_mm.T
         length, edge = sole.length_mm, sole.lateral_mm
         low = 1 - smoothstep(2 * z / self.height_mm - 1)

@@ -49,7 +49,7 @@ class PlantarBoard(Edit):
         Raises:
             EditError: a landmark is missing.
         """
-        sole = Sole.of(limb)
+        sole = Sole.over_marked_places(limb)
         high = sole.points_mm[:, 2] - self.depth_mm
         steps = np.zeros_like(sole.points_mm)
         below = sole.plantar & (high < 0)

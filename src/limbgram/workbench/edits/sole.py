@@ -83,6 +83,20 @@ class Sole:
             arch=marks[2],
         )
 
+    @classmethod
+    def over_marked_places(cls, limb: Limb) -> "Sole":
+        """The frame of a foot whose heights count from the places marked under it.
+
+        Raises:
+            EditError: as `of`; or one of the places under heel and metatarsal heads is not marked,
+                without which the plane lies up to 25 mm above the sole.
+        """
+        try:
+            limb.anatomy.axis("sole")
+        except MeasureError as error:
+            raise EditError("edit.repose.not_told", reason=error.finding) from error
+        return cls.of(limb)
+
     @property
     def plantar(self) -> Bool[np.ndarray, " n"]:
         """Vertices that look down, below the navicular."""
