@@ -446,6 +446,19 @@ def test_a_heads_ratio_and_signed_asymmetry_between_landmarks() -> None:
     assert set(rows["oblique_cva_mm"].places) == {*places} - {"glabella", "opisthocranion"}
 
 
+def test_two_landmarks_in_one_point_have_no_ratio() -> None:
+    head = ellipsoid(0.0)
+    names = ("glabella", "opisthocranion", "right eurion", "left eurion")
+    marks = tuple(
+        Landmark(name=one, position_mm=np.array([0.0, 85.0, 20.0]), sigma_mm=1.0) for one in names
+    )
+    kept = tuple(one for one in head.landmarks if one.name not in names)
+    (row,) = only(replace(head, landmarks=(*kept, *marks)), "cephalic_index_per_cent").rows
+    assert row.figure is None
+    assert row.reason is not None
+    assert row.reason.code == "measure.sheet.no_whole"
+
+
 @pytest.mark.parametrize(("open_to_mm", "whole"), [(-3.0, True), (4.0, False)])
 def test_a_head_that_is_open_above_its_base_plane_lacks_volumes_alone(
     open_to_mm: float, whole: bool

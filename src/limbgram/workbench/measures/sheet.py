@@ -28,7 +28,7 @@ from limbgram.core.mesh.uncertainty import extra_extremum_variance_mm2
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Cell, Table
 from limbgram.findings import Finding, doubt, note, told
-from limbgram.workbench.anatomy.directions import Anatomy
+from limbgram.workbench.anatomy.directions import LEAST_MM, Anatomy
 from limbgram.workbench.anatomy.kind import (
     Angle,
     AnyItem,
@@ -380,8 +380,14 @@ def _distance_mm(anatomy: Anatomy, item: Distance) -> float:
 
 
 def _per_cent_of(part: SheetRow, whole: SheetRow) -> _FigureOfItem:
-    """One figure as per cent of another; errors count as independent, which widens the interval."""
+    """One figure as per cent of another; errors count as independent, which widens the interval.
+
+    Raises:
+        MeasureError: one has no answer, or the landmarks of the other lie in one point.
+    """
     above, below = _figure_of(part), _figure_of(whole)
+    if not abs(below.value) > LEAST_MM:
+        raise MeasureError("measure.sheet.no_whole", whole=whole.words["en"], least_mm=LEAST_MM)
     value = 100 * above.value / below.value
     places = _places_of_rows(part, whole)
     if above.sigma is None or below.sigma is None:
