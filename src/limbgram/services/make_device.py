@@ -40,7 +40,7 @@ from limbgram.workbench.devices.making import (
     preview_device,
 )
 from limbgram.workbench.devices.order import KnownBody, OrderFile, encode_order, read_order
-from limbgram.workbench.limb import Limb, marked_red
+from limbgram.workbench.limb import marked_red
 from limbgram.workbench.recipe.file import read_recipe
 from limbgram.workbench.recipe.recipe import Recipe
 
@@ -118,19 +118,17 @@ def make(read: ShapeFile, ask: MakeDeviceRequest, folder: Path) -> DeviceFiles:
     made = make_device(read.limb, ordered.order)
     make_folder(folder)
     written = _write_files(read, made, ordered, folder, ask.bed)
-    return DeviceFiles(
-        made=made, written=written, said=made.findings, figures=figures_of(made, read.limb)
-    )
+    return DeviceFiles(made=made, written=written, said=made.findings, figures=figures_of(made))
 
 
-def figures_of(made: FinishedDevice, limb: Limb) -> dict[str, Any]:
-    """A device in figures."""
+def figures_of(made: FinishedDevice) -> dict[str, Any]:
+    """A device in figures; its side is the positive's, which a recipe may have mirrored."""
     preview, wall = made.preview, made.wall
     alignment, enclosed = made.alignment, enclosed_by(made.solid)
     return {
         "device": preview.device.name,
         "made": preview.made,
-        "side": limb.side,
+        "side": preview.positive.side,
         "values": dict(preview.values),
         "handles": handles_of(preview),
         "volume_ml": enclosed.volume_mm3 / 1000,
@@ -256,12 +254,12 @@ def _write_files(
     from limbgram.report.drawings.devices import device_drawing
     from limbgram.report.drawings.drawing import png
 
-    preview, limb = made.preview, read.limb
+    preview, doubt, side = made.preview, read.limb.doubt, made.preview.positive.side
 
     def named(kind: str, what: str = "") -> Path:
         stem = f"{preview.device.name}{what and f'-{what}'}"
-        path = folder / file_name(stem, kind, limb.side)
-        return marked_red(path) if limb.doubt else path
+        path = folder / file_name(stem, kind, side)
+        return marked_red(path) if doubt else path
 
     kept = OrderFile(
         device=preview.device.name,
@@ -275,11 +273,11 @@ def _write_files(
         lettering=ordered.order.lettering,
     )
     told_of_it = Told(
-        title=f"{preview.device.en}, {limb.side}" if limb.side != "none" else preview.device.en,
-        description=" ".join(told(one) for one in (*made.findings, limb.doubt) if one is not None),
+        title=f"{preview.device.en}, {side}" if side != "none" else preview.device.en,
+        description=" ".join(told(one) for one in (*made.findings, doubt) if one is not None),
         bed_from_mesh=bed_from(made.solid, bed),
     )
-    drawing = device_drawing(made, limb.side)
+    drawing = device_drawing(made, side)
     return (
         write_3mf(made.solid, named("3mf"), "mm", told=told_of_it),
         write_stl(made.solid, named("stl"), "mm"),

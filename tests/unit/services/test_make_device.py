@@ -24,8 +24,11 @@ from limbgram.services.make_device import MakeDeviceRequest, bed_from, make, pre
 from limbgram.services.parse_text import ZONE
 from limbgram.workbench.devices.device import Fabrication, WallZone
 from limbgram.workbench.devices.order import encode_order, parse_order, read_order
+from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.frame.landmarks import landmark
 from limbgram.workbench.limb import AlignedLimb
+from limbgram.workbench.recipe.file import encode_recipe
+from limbgram.workbench.recipe.recipe import Entry, Recipe
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +76,18 @@ def test_all_files_are_there_and_say_that_nothing_is_tested(
         ordered.layout.positive.vertices_mm.tobytes()
     )
     np.testing.assert_array_equal(again.layout.thickness_mm, ordered.layout.thickness_mm)
+
+
+def test_a_device_on_a_mirrored_positive_says_the_side_that_it_fits(
+    foot: ShapeFile, tmp_path: Path
+) -> None:
+    mirrored = Recipe(name="", entries=(Entry(edit=Mirror(confirmed_side="left")),))
+    (tmp_path / "mirror.toml").write_bytes(encode_recipe(mirrored))
+    done = make(foot, replace(ASK, recipe=tmp_path / "mirror.toml"), tmp_path / "out")
+    assert {path.stem[-2:] for path in done.written} == {"-L"}
+    assert done.figures["side"] == "left"
+    with zipfile.ZipFile(tmp_path / "out" / "foot-orthosis-L.3mf") as archive:
+        assert "Foot orthosis, left" in archive.read("3D/3dmodel.model").decode()
 
 
 @pytest.mark.slow
