@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, changed_rows
 from limbgram.workbench.edits.pressing import changed_vertices
 
 _MAGIC = b"LGM1"
@@ -88,10 +88,7 @@ def surface_blocks(mesh: Mesh, header: Mapping[str, Any]) -> bytes:
 def change_blocks(before: Mesh, after: Mesh, header: Mapping[str, Any]) -> bytes | None:
     """What makes one surface of another; None where the whole one is shorter."""
     changed = np.flatnonzero(changed_vertices(before, after))
-    shared = min(len(before.faces), len(after.faces))
-    other = np.ones(len(after.faces), np.bool_)
-    other[:shared] = (before.faces[:shared] != after.faces[:shared]).any(1)
-    faces = np.flatnonzero(other)
+    faces = np.flatnonzero(changed_rows(before.faces, after.faces))
     if 2 * len(changed) > len(after) or 2 * len(faces) > len(after.faces):
         return None
     return encode_blocks(

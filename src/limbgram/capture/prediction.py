@@ -35,10 +35,9 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import weighted_quantile
 from limbgram.reconstruction.measuring.measurement import GRAZING_DEG
 from limbgram.reconstruction.measuring.measurement_pass import (
-    LEAST_VIEWS,
     MAX_INCIDENCE_DEG,
     MAX_VIEWS,
-    STEEP_INCIDENCE_DEG,
+    measuring_views,
 )
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
 from limbgram.reconstruction.measuring.visibility import best_views, incidence_cosine_blocks
@@ -138,10 +137,7 @@ def narrowest_deg(
 
 def measuring_photos(cosines: Float64[np.ndarray, "n v"]) -> Bool[np.ndarray, "n v"]:
     """The photos that will measure each cell, as `measuring` chooses them."""
-    squarely = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
-    few = squarely.sum(axis=1, keepdims=True) < LEAST_VIEWS
-    steeply = few & (cosines >= np.cos(np.radians(STEEP_INCIDENCE_DEG)))
-    kept = np.where(squarely | steeply, cosines, 0.0).astype(np.float32)
+    kept = np.where(measuring_views(cosines), cosines, 0.0).astype(np.float32)
     best = best_views(kept, MAX_VIEWS)
     chosen = np.zeros(cosines.shape, bool)
     rows, slots = np.nonzero(best >= 0)

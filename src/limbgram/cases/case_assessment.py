@@ -114,6 +114,17 @@ def require_unaltered(photos: Iterable[Photo]) -> None:
             raise CaseError("case.photo_altered", photo=str(photo.path))
 
 
+def _unaltered_photos(evidence: Evidence) -> list[Photo]:
+    """The placed photos, whose files still hold what was reconstructed.
+
+    Raises:
+        CaseError: a photo is gone, or holds other bytes.
+    """
+    photos = [evidence.photos.photos[idx] for idx in evidence.metric.scene.placed]
+    require_unaltered(photos)
+    return photos
+
+
 def _finished(case: CaseFolder) -> CaseRecord:
     """The record of a finished case."""
     try:
@@ -293,10 +304,8 @@ def painted_marks_of(
     """
     kept = kept_evidence(case)
     _require_same_place(case, shape, kept.mesh)
-    scene = kept.metric.scene
-    photos = [kept.photos.photos[idx] for idx in scene.placed]
-    require_unaltered(photos)
-    return find_painted_marks(photos, scene.views, kept.mesh, colour)
+    photos = _unaltered_photos(kept)
+    return find_painted_marks(photos, kept.metric.scene.views, kept.mesh, colour)
 
 
 def stickers_of(case: CaseFolder, shape: Mesh) -> PlacedStickers:
@@ -308,10 +317,16 @@ def stickers_of(case: CaseFolder, shape: Mesh) -> PlacedStickers:
     """
     kept = kept_evidence(case)
     _require_same_place(case, shape, kept.mesh)
-    scene = kept.metric.scene
-    photos = [kept.photos.photos[idx] for idx in scene.placed]
-    require_unaltered(photos)
-    return find_stickers(photos, scene.views)
+    return stickers_in(kept)
+
+
+def stickers_in(evidence: Evidence) -> PlacedStickers:
+    """The coded stickers that a case's photos show.
+
+    Raises:
+        CaseError: a photo is gone, or holds other bytes.
+    """
+    return find_stickers(_unaltered_photos(evidence), evidence.metric.scene.views)
 
 
 def _require_same_place(case: CaseFolder, shape: Mesh, kept: Mesh) -> None:

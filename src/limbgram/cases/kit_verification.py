@@ -18,7 +18,7 @@ from limbgram.capture.certificate import (
 )
 from limbgram.capture.permissible_errors import Limits, parse_limits
 from limbgram.capture.probing import surface_of
-from limbgram.cases.case_assessment import kept_evidence, require_unaltered
+from limbgram.cases.case_assessment import kept_evidence, stickers_in
 from limbgram.cases.case_record import read_record
 from limbgram.cases.certificates import (
     cameras_of,
@@ -47,7 +47,6 @@ from limbgram.report.html import html_of
 from limbgram.report.parts import part_file
 from limbgram.report.pdf import pdf_of
 from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
-from limbgram.workbench.marks.stickers import find_stickers
 
 _ID_DIGITS = 8
 
@@ -268,11 +267,7 @@ def _others(case: CaseFolder) -> Iterator[Mesh]:
 
 
 def _marks(evidence: Evidence) -> dict[int, Vector3]:
-    scene = evidence.metric.scene
-    photos = [evidence.photos.photos[idx] for idx in scene.placed]
-    require_unaltered(photos)
-    placed = find_stickers(photos, scene.views).placed
-    return {one.mark_id: one.position_mm for one in placed}
+    return {one.mark_id: one.position_mm for one in stickers_in(evidence).placed}
 
 
 def _pairs_that_scaled(scale: Scale) -> Iterator[frozenset[int]]:

@@ -30,7 +30,7 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.surface.cleaning import drop_degenerate_and_duplicate
-from limbgram.reconstruction.surface.holes import triangulate
+from limbgram.reconstruction.surface.holes import edge_table, loop_triangles
 
 TINY_SHARE = 3e-4
 """Of the largest piece's area, below which a scrap is taken away unasked: 30 mm2 on a leg. Those of
@@ -181,10 +181,10 @@ def _with_hole_closed(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> Faces | None
     same = np.arange(len(mesh))
     same[loop] = loop[first[kind]]
     faces = same[mesh.faces]
-    ends = find_edges(mesh.faces).ends
-    made = [_ring_triangles(mesh, same[ends], ring) for ring in _simple_rings(same[loop].tolist())]
+    edges, rings = edge_table(mesh.vertices_mm, faces), _simple_rings(same[loop].tolist())
+    made = [loop_triangles(mesh.vertices_mm, edges, ring) for ring in rings if len(ring) > 2]
     sound = [part for part in made if part is not None]
-    if len(places) < 3 or len(sound) < len(made):
+    if len(places) < 3 or len(sound) < len(rings):
         return None
     closed = np.concatenate([faces, *sound]).astype(np.int32)
     fits = is_edge_manifold(closed) and is_vertex_manifold(closed)
@@ -203,19 +203,3 @@ def _simple_rings(loop: list[int]) -> list[Int32[np.ndarray, " l"]]:
             path = path[:at]
         path.append(vertex)
     return [*rings, np.array(path, np.int32)]
-
-
-def _ring_triangles(
-    mesh: Mesh, ends: Int64[np.ndarray, "e 2"], ring: Int32[np.ndarray, " l"]
-) -> Int32[np.ndarray, "f 3"] | None:
-    """Triangles on a ring's own vertices; None where the mesh's edges leave no room for them."""
-    if len(ring) < 3:
-        return None
-    number = np.full(len(mesh), -1)
-    number[ring] = np.arange(len(ring))
-    within = number[ends]
-    within = within[(within >= 0).all(1)]
-    taken: Bool[np.ndarray, "l l"] = np.zeros((len(ring), len(ring)), np.bool_)
-    taken[within[:, 0], within[:, 1]] = taken[within[:, 1], within[:, 0]] = True
-    chords = triangulate(mesh.vertices_mm[ring], taken)
-    return None if chords is None else ring[chords].astype(np.int32)

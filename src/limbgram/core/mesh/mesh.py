@@ -245,6 +245,15 @@ def unit(vectors: Points3) -> Points3:
     return vectors / np.maximum(lengths, 1e-30)[:, None]
 
 
+def changed_rows(old: np.ndarray, new: np.ndarray) -> Bool[np.ndarray, " n"]:
+    """Rows of three that differ from the old row of the same index, or are new."""
+    shared = min(len(old), len(new))
+    changed = np.ones(len(new), np.bool_)
+    x, y, z = (old[:shared] != new[:shared]).T
+    changed[:shared] = x | y | z
+    return changed
+
+
 @njit(cache=True, nogil=True)
 def dots(ones: np.ndarray, twos: np.ndarray):
     """Row-wise dot product: (ones * twos).sum(1) to the last bit."""

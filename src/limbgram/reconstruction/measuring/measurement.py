@@ -29,11 +29,8 @@ from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
 from limbgram.reconstruction.measuring.imagery import Imagery, build_imagery, load_crops
 from limbgram.reconstruction.measuring.measurement_pass import (
     EARLY_ROBUST_SIGMAS,
-    LEAST_VIEWS,
-    MAX_INCIDENCE_DEG,
     MAX_MOVE_PX,
     MAX_VIEWS,
-    STEEP_INCIDENCE_DEG,
     JointEquations,
     ObservedSurface,
     ResidualOptions,
@@ -41,6 +38,7 @@ from limbgram.reconstruction.measuring.measurement_pass import (
     match_jointly,
     match_patches,
     match_selected,
+    measuring_views,
     observe_surface,
     photometry_after,
     photometry_at,
@@ -236,10 +234,7 @@ def _measuring_photos(
     unseen: list[Bool[np.ndarray, " b"]] = []
     for cosines in incidence_cosine_blocks(mesh, views, GRAZING_DEG, selected):
         unseen.append((cosines > 0).sum(axis=1) < 2)
-        frontal = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
-        few = frontal.sum(axis=1, keepdims=True) < LEAST_VIEWS
-        steep = few & (cosines >= np.cos(np.radians(STEEP_INCIDENCE_DEG)))
-        cosines[~(frontal | steep)] = 0
+        cosines[~measuring_views(cosines)] = 0
         best.append(best_views(cosines, MAX_VIEWS))
     return np.concatenate(best), np.concatenate(unseen)
 

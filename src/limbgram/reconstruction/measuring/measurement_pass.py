@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Bool, Float32, Float64, Int32, Int64
+from jaxtyping import Bool, Float, Float32, Float64, Int32, Int64
 
 from limbgram.core.errors import SurfaceError
 from limbgram.core.geometry.lens import View
@@ -94,9 +94,9 @@ MAX_VIEWS = 6
 """Photos per vertex, the most frontal ones."""
 MAX_INCIDENCE_DEG = 65.0
 """Photos that see a vertex at a larger incidence angle are left out, unless"""
-LEAST_VIEWS = 3
+_LEAST_VIEWS = 3
 """fewer photos than this see it within that angle: then oblique ones are used, up to"""
-STEEP_INCIDENCE_DEG = 82.0
+_STEEP_INCIDENCE_DEG = 82.0
 """this angle."""
 _MIN_CORRELATION = 0.6
 """Mean correlation between the photos below which a patch is rejected."""
@@ -134,6 +134,13 @@ class ObservedSurface:
     seen_by: Int32[np.ndarray, "n c"]
     pixel_mm: Float64[np.ndarray, " n"]
     """Size of a pixel of the round's photos on the object."""
+
+
+def measuring_views(cosines: Float[np.ndarray, "n v"]) -> Bool[np.ndarray, "n v"]:
+    """Which photos measure each vertex, by the cosines of their angles of incidence."""
+    frontal = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
+    few = frontal.sum(axis=1, keepdims=True) < _LEAST_VIEWS
+    return frontal | few & (cosines >= np.cos(np.radians(_STEEP_INCIDENCE_DEG)))
 
 
 def observe_surface(

@@ -29,6 +29,11 @@ from limbgram.reconstruction.surface.remeshing import WorkingMesh, find_twins, r
 
 _MAX_RING_VERTICES = 250
 """Larger loops lose their sharpest corners first: the search takes time with the cube of this."""
+_BRIM_SHARE_AT_END = 0.1
+"""An opening at the low or high end is the brim if its area is at least this share of the mesh's
+area projected along its normal."""
+_BRIM_SHARE = 0.35
+"""The same for an opening anywhere else."""
 
 
 def triangulate(loop: Points3, forbidden: Bool[np.ndarray, "l l"]) -> Faces | None:
@@ -145,10 +150,10 @@ def fill_holes(
     edge_mm: length of the new edges; None: the median length of the mesh's own.
     curved: whether the filling continues the surface's curvature; else it is a minimal surface.
     """
-    neighbours = _neighbours(vertices, faces)
+    edges = edge_table(vertices, faces)
     small = [loop for loop in holes if len(loop) <= _MAX_SMALL_LOOP]
     large = [loop for loop in holes if len(loop) > _MAX_SMALL_LOOP]
-    triangles = [_loop_triangles(vertices, neighbours, loop) for loop in small]
+    triangles = [loop_triangles(vertices, edges, loop) for loop in small]
     large += [loop for loop, made in zip(small, triangles, strict=True) if made is None]
     faces = np.concatenate([faces, *(made for made in triangles if made is not None)])
     if not large:
@@ -168,11 +173,11 @@ def _initial_patches(
     vertices: Points3, faces: Faces, holes: list[Int32[np.ndarray, " l"]]
 ) -> tuple[WorkingMesh, Bool[np.ndarray, " f"]]:
     """The first triangles of all holes with the faces round them, and a mask of the other faces."""
-    neighbours = _neighbours(vertices, faces)
+    edges = edge_table(vertices, faces)
     patches: list[np.ndarray] = []
     centres: list[np.ndarray] = []
     for loop in holes:
-        triangles = _loop_triangles(vertices, neighbours, loop)
+        triangles = loop_triangles(vertices, edges, loop)
         if triangles is None:
             after = np.roll(loop, -1)
             middle = np.full(len(loop), len(vertices) + len(centres), np.int32)
@@ -193,7 +198,7 @@ def _initial_patches(
     return WorkingMesh(places[used], compact, frozen, used.astype(np.int64)), ~near_faces
 
 
-def _neighbours(vertices: Points3, faces: Faces) -> csr_array:
+def edge_table(vertices: Points3, faces: Faces) -> csr_array:
     """(n, n) nonzero where an edge joins two vertices."""
     ends = half_edges(faces)
     shape = (len(vertices), len(vertices))
@@ -201,11 +206,11 @@ def _neighbours(vertices: Points3, faces: Faces) -> csr_array:
     return csr_array(table + table.T)
 
 
-def _loop_triangles(
-    vertices: Points3, neighbours: csr_array, loop: Int32[np.ndarray, " l"]
+def loop_triangles(
+    vertices: Points3, edges: csr_array, loop: Int32[np.ndarray, " l"]
 ) -> Faces | None:
     """Triangles on the loop's own vertices; None if the mesh's edges forbid all of them."""
-    adjacency = neighbours[loop][:, loop].toarray() > 0
+    adjacency = edges[loop][:, loop].toarray() > 0
     triangles = triangulate(vertices[loop], adjacency)
     return None if triangles is None else loop[triangles]
 
@@ -282,14 +287,12 @@ class Openings:
     holes: list[Int32[np.ndarray, " l"]]
 
 
-def find_openings(
-    vertices: Points3, faces: Faces, min_share_at_end: float, min_share: float
-) -> Openings:
+def find_openings(vertices: Points3, faces: Faces) -> Openings:
     """The brim and the holes, told apart by size and position.
 
     The loop of the largest area is the brim if its area is a large enough share of the mesh's
-    area projected along its normal: `min_share_at_end` where it lies at the low or high end of the
-    mesh (the world's z axis is vertical), `min_share` anywhere else.
+    area projected along its normal; less suffices at the low or high end of the mesh (the world's
+    z axis is vertical).
     """
     loops = boundary_loops(faces)
     if not loops:
@@ -298,7 +301,7 @@ def find_openings(
     largest = int(np.argmax([np.linalg.norm(area) for area in areas]))
     size = float(np.linalg.norm(areas[largest]))
     projected = _projected_area(vertices, faces, areas[largest] / max(size, 1e-30))
-    needed = min_share_at_end if _is_at_end(vertices, loops[largest]) else min_share
+    needed = _BRIM_SHARE_AT_END if _is_at_end(vertices, loops[largest]) else _BRIM_SHARE
     if size < needed * projected:
         return Openings(None, loops)
     return Openings(loops[largest], loops[:largest] + loops[largest + 1 :])

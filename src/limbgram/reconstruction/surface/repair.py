@@ -26,12 +26,6 @@ from limbgram.reconstruction.surface.cleaning import drop_dangling, largest_mani
 from limbgram.reconstruction.surface.holes import fill_holes, find_openings
 from limbgram.reconstruction.surface.parts import MIN_FACES, Parts, oriented_outwards, too_few_faces
 
-_BRIM_SHARE_AT_END = 0.1
-"""An opening at the low or high end is the brim if its area is at least this share of the mesh's
-area projected along its normal."""
-_BRIM_SHARE = 0.35
-"""The same for an opening anywhere else."""
-
 
 def repair(parts: Parts, cloud: Cloud, number: int | None = None) -> Mesh:
     """One part as a surface without holes, with the cloud's colours; None: the chosen part."""
@@ -41,7 +35,7 @@ def repair(parts: Parts, cloud: Cloud, number: int | None = None) -> Mesh:
         raise too_few_faces(len(part_faces), len(main))
     start = with_faces(Mesh(vertices_mm=vertices, faces=main), main)
     start = oriented_outwards(start, cloud)
-    openings = find_openings(start.vertices_mm, start.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
+    openings = find_openings(start.vertices_mm, start.faces)
     whole = fill_holes(start.vertices_mm, start.faces, openings.holes)
     brim = openings.brim
     _check_topology(whole.faces, 0 if brim is None else 1)

@@ -42,8 +42,6 @@ _SPIKE_ROUNDS = 20
 """Rounds of flattening spikes: where two are neighbours, one goes down after the other."""
 _PUT_BACK_ROUNDS = 5
 """Rounds of putting points back whose new place would fold the surface."""
-_BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
-"""An opening of this share of what the shape shows from there is its brim, as for filling."""
 
 
 _SizeMm = Annotated[float, Within(0, _LARGEST_MM)]
@@ -191,7 +189,7 @@ def _without_spikes(limb: Limb) -> Limb:
 def _without_holes(limb: Limb, edit: Clean) -> Limb:
     """The limb with small holes closed; one whose filling would fold stays open, with a doubt."""
     mesh = limb.mesh
-    brim = find_openings(upright_mm(limb), mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE).brim
+    brim = find_openings(upright_mm(limb), mesh.faces).brim
     loops = [
         loop for loop in boundary_loops(mesh.faces) if brim is None or loop[0] not in brim.tolist()
     ]

@@ -8,16 +8,15 @@ from jaxtyping import Int32
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import face_components, touches_itself
+from limbgram.core.mesh.topology import touches_itself
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import unsound_vertices
 from limbgram.workbench.edits.regions import upright_mm, with_holes_closed
 from limbgram.workbench.limb import Limb
+from limbgram.workbench.loose_pieces import open_pieces
 
-_BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
-"""An opening of this share of what the shape shows from there is its brim, not a hole."""
 _FLAT_AREA_RATIO = 2.0
 """A piece with less than this multiple of its opening's area is flatter than a hemisphere."""
 Loop = Int32[np.ndarray, " _"]
@@ -85,7 +84,7 @@ class _FillableOpenings:
 
 def _fillable_openings(limb: Limb, edit: Fill) -> _FillableOpenings:
     mesh = limb.mesh
-    openings = find_openings(upright_mm(limb), mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
+    openings = find_openings(upright_mm(limb), mesh.faces)
     brim = [openings.brim] if edit.brim and openings.brim is not None else []
     loops = [*openings.holes, *brim]
     own = _are_of_scraps(mesh, loops)
@@ -104,16 +103,14 @@ def _fillable_openings(limb: Limb, edit: Fill) -> _FillableOpenings:
 
 def _are_of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
     """Which loops bound a flat piece beside the surface: closed, it would be a doubled sheet."""
-    parts = face_components(mesh.faces)
-    areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
-    part_of = np.zeros(len(mesh), np.int64)
-    part_of[mesh.faces.ravel()] = np.repeat(parts, 3)
-    main = int(areas.argmax())
+    pieces = open_pieces(mesh)
+    if pieces is None:
+        return [False] * len(loops)
     return [
-        int(part_of[loop[0]]) != main
-        and float(areas[part_of[loop[0]]])
+        bool(pieces.loose[piece])
+        and float(pieces.area_mm2[piece])
         < _FLAT_AREA_RATIO * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
-        for loop in loops
+        for loop, piece in zip(loops, [pieces.of_vertex[loop[0]] for loop in loops], strict=True)
     ]
 
 

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.folds import find_bent
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, changed_rows
 from limbgram.core.mesh.topology import faces_touching, is_edge_manifold, is_vertex_manifold
 
 _SAME_PLACE_SIZES = 2.0
@@ -65,15 +65,8 @@ def _crossings(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarra
 
 def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
     """Faces that are new or have a moved corner."""
-    shared = min(len(before), len(after))
-    moved = np.ones(len(after), np.bool_)
-    x, y, z = (before.vertices_mm[:shared] != after.vertices_mm[:shared]).T
-    moved[:shared] = x | y | z
-    known = min(len(before.faces), len(after.faces))
-    other = np.ones(len(after.faces), np.bool_)
-    x, y, z = (before.faces[:known] != after.faces[:known]).T
-    other[:known] = x | y | z
-    return other | faces_touching(moved, after.faces)
+    moved = changed_rows(before.vertices_mm, after.vertices_mm)
+    return changed_rows(before.faces, after.faces) | faces_touching(moved, after.faces)
 
 
 def _new_pairs(

@@ -24,10 +24,9 @@ from limbgram.core.mesh.topology import (
     edge_lengths,
     faces_touching,
     find_edges,
-    half_edges,
     is_vertex_manifold,
 )
-from limbgram.reconstruction.surface.holes import loop_area, triangulate
+from limbgram.reconstruction.surface.holes import edge_table, loop_area, loop_triangles
 from limbgram.workbench.edits.regions import with_holes_closed, with_surface_added
 from limbgram.workbench.edits.triangle_strip import strip
 
@@ -125,17 +124,11 @@ def _least_area_caps(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "k 3"
     """Triangulations of least area over all openings; None where there is no answer."""
     if not is_vertex_manifold(faces):
         return None
-    ends = half_edges(faces)
+    edges = edge_table(vertices, faces)
     laid: list[Faces] = []
     for loop in boundary_loops(faces):
-        place = np.full(len(vertices), -1)
-        place[loop] = np.arange(len(loop))
-        chords = place[ends]
-        chords = chords[(chords >= 0).all(1)]
-        taken = np.zeros((len(loop), len(loop)), np.bool_)
-        taken[chords[:, 0], chords[:, 1]] = taken[chords[:, 1], chords[:, 0]] = True
-        found = triangulate(vertices[loop], taken)
+        found = loop_triangles(vertices, edges, loop)
         if found is None:
             return None
-        laid.append(loop[found])
+        laid.append(found)
     return np.concatenate(laid) if laid else None

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.mesh import Mesh, dots
+from limbgram.core.mesh.mesh import Mesh, changed_rows, dots
 from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.workbench.anatomy.kind import SensitivePlace
 from limbgram.workbench.frame.sensitive import sensitive_place
@@ -182,11 +182,7 @@ def depths_from_start(start: Mesh, before: Mesh, after: Mesh) -> tuple[float, fl
 
 def changed_vertices(old: Mesh, new: Mesh) -> Bool[np.ndarray, " n"]:
     """Vertices that differ from the old mesh's vertex of the same index, or are new."""
-    shared = min(len(old), len(new))
-    changed = np.ones(len(new), np.bool_)
-    x, y, z = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).T
-    changed[:shared] = x | y | z
-    return changed
+    return changed_rows(old.vertices_mm, new.vertices_mm)
 
 
 def same_triangles(old: Mesh, new: Mesh) -> bool:

@@ -150,12 +150,7 @@ def thin_lip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     """
     cast = _InwardRays.of(solid)
     least, places = cast.least_across(_ACUTE_COSINE, _RimRule(rim))
-    thin = np.flatnonzero(least < least_mm)
-    thin = thin[_in_patches(places[thin], cast.areas_mm2[thin])]
-    if not len(thin):
-        return None
-    thinnest = int(thin[least[thin].argmin()])
-    return Lip(thickness_mm=float(least[thinnest]), place_mm=places[thinnest], faces=thin)
+    return _lip_under(least, places, cast.areas_mm2, least_mm)
 
 
 def narrow_strip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
@@ -170,12 +165,22 @@ def narrow_strip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     """
     cast = _InwardRays.of(solid)
     across, places = cast.least_across(_OPPOSED_COSINE, _RimRule(rim, faces_on_rim=2))
-    narrow = np.flatnonzero(across < least_mm)
-    narrow = narrow[_in_patches(places[narrow], cast.areas_mm2[narrow])]
-    if not len(narrow):
+    return _lip_under(across, places, cast.areas_mm2, least_mm)
+
+
+def _lip_under(
+    across_mm: Float64[np.ndarray, " f"],
+    places_mm: Points3,
+    areas_mm2: Float64[np.ndarray, " f"],
+    least_mm: float,
+) -> Lip | None:
+    """The faces across which there is less than the least, over a patch that counts."""
+    thin = np.flatnonzero(across_mm < least_mm)
+    thin = thin[_in_patches(places_mm[thin], areas_mm2[thin])]
+    if not len(thin):
         return None
-    one = int(narrow[across[narrow].argmin()])
-    return Lip(thickness_mm=float(across[one]), place_mm=places[one], faces=narrow)
+    one = int(thin[across_mm[thin].argmin()])
+    return Lip(thickness_mm=float(across_mm[one]), place_mm=places_mm[one], faces=thin)
 
 
 class _RimRule(NamedTuple):
