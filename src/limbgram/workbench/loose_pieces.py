@@ -178,7 +178,7 @@ def _with_hole_closed(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> Faces | None
     places, first, kind = np.unique(
         mesh.vertices_mm[loop], axis=0, return_index=True, return_inverse=True
     )
-    same = np.arange(len(mesh))
+    same = np.arange(len(mesh), dtype=np.int32)
     same[loop] = loop[first[kind]]
     faces = same[mesh.faces]
     edges, rings = edge_table(mesh.vertices_mm, faces), _simple_rings(same[loop].tolist())
