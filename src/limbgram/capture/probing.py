@@ -25,6 +25,7 @@ from jaxtyping import Bool, Float64, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import axes_across
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import components_among
 
@@ -160,18 +161,18 @@ def _sphere(surface: Surface, middle: Vector3, radius: float) -> ProbedBody | No
     """The least-squares sphere from a start; None where too little of it was measured."""
     nominal, gate = radius, _NEAR
     for _ in range(_ROUNDS):
-        near = _residuals_on_sphere(surface, middle, radius, gate) & surface.measured
+        arms = surface.vertices_mm - middle
+        near = _faces_away(surface, arms, radius, gate) & surface.measured
         if near.sum() < 10:
             return None
         middle, radius = _gauss_sphere(surface, near, middle, radius)
         if not 0.5 * nominal < radius < 2 * nominal:
             return None
         gate = _NEAR_REFINED
-    off = np.linalg.norm(surface.vertices_mm - middle, axis=1) - radius
+    arms = surface.vertices_mm - middle
+    off = np.linalg.norm(arms, axis=1) - radius
     area = 4 * np.pi * radius**2
-    counts = _inner_vertices(
-        surface, off, _residuals_on_sphere(surface, middle, radius, gate), radius, area
-    )
+    counts = _inner_vertices(surface, off, _faces_away(surface, arms, radius, gate), radius, area)
     seen = float(surface.areas_mm2[counts].sum() / area)
     if seen < _LEAST_SEEN:
         return None
@@ -184,19 +185,21 @@ def _cylinder(surface: Surface, middle: Vector3, axis: Vector3, radius: float) -
     """The least-squares cylinder from a start; None where too little of it was measured."""
     nominal, gate = radius, _NEAR
     for _ in range(_ROUNDS):
-        near = _residuals_on_cylinder(surface, middle, axis, radius, gate) & surface.measured
+        arms = _parts_across(surface.vertices_mm - middle, axis)
+        near = _faces_away(surface, arms, radius, gate) & surface.measured
         if near.sum() < 10:
             return None
         middle, axis, radius = _gauss_cylinder(surface, near, middle, axis, radius)
         if not 0.5 * nominal < radius < 2 * nominal:
             return None
         gate = _NEAR_REFINED
-    on = _residuals_on_cylinder(surface, middle, axis, radius, gate)
+    arms = _parts_across(surface.vertices_mm - middle, axis)
+    on = _faces_away(surface, arms, radius, gate)
     along = (surface.vertices_mm[on] - middle) @ axis
     if len(along) < 10:
         return None
     area = 2 * np.pi * radius * float(np.ptp(along))
-    off = np.linalg.norm(_parts_across(surface.vertices_mm - middle, axis), axis=1) - radius
+    off = np.linalg.norm(arms, axis=1) - radius
     counts = _inner_vertices(surface, off, on, radius, area)
     if counts.sum() < 10:
         return None
@@ -209,19 +212,10 @@ def _cylinder(surface: Surface, middle: Vector3, axis: Vector3, radius: float) -
     return _probed_body(surface, counts, off, middle, axis, radius, seen)
 
 
-def _residuals_on_sphere(
-    surface: Surface, middle: Vector3, radius: float, gate: float
+def _faces_away(
+    surface: Surface, arms: Points3, radius: float, gate: float
 ) -> Bool[np.ndarray, " n"]:
-    arms = surface.vertices_mm - middle
-    far = np.linalg.norm(arms, axis=1)
-    outward = np.einsum("nc,nc->n", arms, surface.normals) / np.maximum(far, 1e-12)
-    return (np.abs(far - radius) < gate * radius) & (outward > _LEAST_COSINE)
-
-
-def _residuals_on_cylinder(
-    surface: Surface, middle: Vector3, axis: Vector3, radius: float, gate: float
-) -> Bool[np.ndarray, " n"]:
-    arms = _parts_across(surface.vertices_mm - middle, axis)
+    """Which vertices lie near the radius and face away; arms: from the centre or the axis."""
     far = np.linalg.norm(arms, axis=1)
     outward = np.einsum("nc,nc->n", arms, surface.normals) / np.maximum(far, 1e-12)
     return (np.abs(far - radius) < gate * radius) & (outward > _LEAST_COSINE)
@@ -288,7 +282,7 @@ def _gauss_cylinder(
     points, weights = surface.vertices_mm[which], np.sqrt(surface.areas_mm2[which])
     middle = middle + axis * float(axis @ (np.average(points, axis=0) - middle))
     for _ in range(30):
-        one, two = _normal_basis(axis)
+        one, two = axes_across(axis)
         arms = points - middle
         along = arms @ axis
         across = _parts_across(arms, axis)
@@ -336,20 +330,13 @@ def _axis_among(surface: Surface, radius: float) -> tuple[Vector3, Vector3] | No
     return best
 
 
-def _normal_basis(axis: Vector3) -> tuple[Vector3, Vector3]:
-    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    one = np.cross(axis, other)
-    one = one / np.linalg.norm(one)
-    return one, np.cross(axis, one)
-
-
 def _parts_across(arms: Points3, axis: Vector3) -> Points3:
     """The parts square to an axis."""
     return arms - (arms @ axis)[:, None] * axis
 
 
 def _turn_seen(across: Points3, axis: Vector3) -> float:
-    one, two = _normal_basis(axis)
+    one, two = axes_across(axis)
     turn = np.arctan2(across @ two, across @ one)
     sectors = np.floor((turn / (2 * np.pi) + 0.5) * _SECTORS).astype(int) % _SECTORS
     return len(np.unique(sectors)) / _SECTORS

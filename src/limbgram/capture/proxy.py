@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float64
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import axis_across
 from limbgram.core.mesh.mesh import Mesh
 
 COLUMNS = 24
@@ -212,7 +213,7 @@ def _across(axis: Vector3, towards: Vector3) -> tuple[Vector3, Vector3]:
     """Two directions across the axis, the first one as near to `towards` as that is."""
     first = towards - (towards @ axis) * axis
     if np.linalg.norm(first) < 1e-6 * np.linalg.norm(towards):
-        first = np.eye(3)[int(np.argmin(np.abs(axis)))]
+        first = axis_across(axis)
         first = first - (first @ axis) * axis
     first = first / np.linalg.norm(first)
     return first, np.cross(axis, first)

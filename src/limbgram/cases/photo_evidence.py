@@ -19,6 +19,7 @@ from limbgram.cases.case_assessment import kept_evidence
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import axes_across
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import signed_on
@@ -123,9 +124,7 @@ def _patch(
     photo: Photo, view: View, place_mm: Vector3, normal: Vector3
 ) -> Float64[np.ndarray, "c c"] | None:
     """Brightness on the tangent plane; None where the photo is gone or does not show it all."""
-    across = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
-    across /= np.linalg.norm(across)
-    along = np.cross(normal, across)
+    across, along = axes_across(normal)
     steps = np.linspace(-_PATCH_MM, _PATCH_MM, _CELLS)
     grid = (place_mm + steps[None, :, None] * across + steps[:, None, None] * along).reshape(-1, 3)
     pixels = view.project(grid).astype(np.float32)

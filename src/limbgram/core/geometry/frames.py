@@ -93,6 +93,25 @@ def cross_matrix(vector: Vector3) -> Matrix3:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
+def axis_across(direction: Vector3) -> Vector3:
+    """The coordinate axis most nearly square to a direction."""
+    return np.eye(3)[int(np.abs(direction).argmin())]
+
+
+def axes_across(normal: Vector3) -> Float64[np.ndarray, "2 3"]:
+    """Two axes of the plane across a unit normal, right-handed with it."""
+    first = np.cross(normal, axis_across(normal))
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
+
+
+def rotation_to_axes(z: Vector3, towards: Vector3) -> Matrix3:
+    """Rotation whose third row is the unit vector `z`, its first as near to `towards` as it can."""
+    x = towards - (towards @ z) * z
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z])
+
+
 def plane_basis(normal: Vector3) -> Float64[np.ndarray, "2 3"]:
     """Orthonormal basis of the plane across a normal of any length."""
     return np.linalg.svd(normal[None])[2][1:]

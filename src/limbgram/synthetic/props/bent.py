@@ -23,8 +23,8 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import splu
 
 from limbgram.core.errors import ShapeFileError
-from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+from limbgram.core.geometry.frames import Rigid, rotation_to_axes
 from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest_point import TriangleTree, nearest_barycentric
 from limbgram.core.mesh.mesh import Mesh, lengths
@@ -104,12 +104,10 @@ def stand_on_rim(mesh: Mesh, name: str) -> StoodOnRim:
     return StoodOnRim(level, _farthest_from_rim(level), world_from_mesh, cut_mm)
 
 
-def rotation_to_upright(up: Vector3) -> Float64[np.ndarray, "3 3"]:
+def rotation_to_upright(up: Vector3) -> Matrix3:
     """A rotation that takes a unit direction to +z."""
     beside = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    x = beside - (beside @ up) * up
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(up, x), up])
+    return rotation_to_axes(up, beside)
 
 
 def _farthest_from_rim(mesh: Mesh) -> int:

@@ -15,6 +15,7 @@ from jaxtyping import Float64, UInt8
 from scipy.ndimage import map_coordinates
 
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import rotation_to_axes
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY, marker_dictionary
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import SockSpot, chart_place
@@ -113,10 +114,7 @@ def _frame(
     outward = np.cross(across, along)
     middle = grid[row].mean(0)
     outward *= np.sign(outward @ (grid[row, column] - middle)) / np.linalg.norm(outward)
-    inward = -outward
-    right = across - (across @ inward) * inward
-    right /= np.linalg.norm(right)
-    down = np.cross(inward, right)
+    right, down, inward = rotation_to_axes(-outward, across)
     turn = np.cos(twist_rad), np.sin(twist_rad)
     return np.stack([turn[0] * right + turn[1] * down, -turn[1] * right + turn[0] * down, inward])
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limbgram.core.errors import MeasureError
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, axis_across
 from limbgram.core.mesh.axis import fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
@@ -65,5 +65,4 @@ def brim_height_mm(mesh_in_limb: Mesh) -> float:
 
 def _fitted_frame(limb: Limb) -> Rigid:
     direction = fit_axis(limb.mesh).direction
-    across = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    return align(limb, AlignOptions(side="none", anterior=across)).limb_from_mesh
+    return align(limb, AlignOptions(side="none", anterior=axis_across(direction))).limb_from_mesh

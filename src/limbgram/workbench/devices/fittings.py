@@ -16,7 +16,7 @@ from manifold3d import CrossSection, Manifold
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, axis_across
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 
@@ -114,7 +114,7 @@ def imported_part(
 def frame_along(place_mm: Vector3, way: Vector3) -> Rigid:
     """A frame at a place whose Z axis points in a direction."""
     forward = way / np.linalg.norm(way)
-    across = np.cross(np.eye(3)[int(np.argmin(np.abs(forward)))], forward)
+    across = np.cross(axis_across(forward), forward)
     across /= np.linalg.norm(across)
     return Rigid(np.column_stack([across, np.cross(forward, across), forward]), place_mm)
 

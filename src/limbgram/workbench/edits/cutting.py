@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points2
+from limbgram.core.geometry.frames import axes_across
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import contains_point
@@ -74,7 +75,7 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"]) -> Mesh:
     rings = [loop[::-1] for loop in flat]
     areas = np.stack([loop_area(mesh.vertices_mm[ring]) for ring in rings])
     normal = areas.sum(0) / np.linalg.norm(areas.sum(0))
-    plane = _plane_axes(normal)
+    plane = axes_across(normal)
     drawn = [np.einsum("nj,kj->nk", mesh.vertices_mm[ring], plane) for ring in rings]
     outer = (areas * normal).sum(1) > 0
     faces: list[np.ndarray] = []
@@ -90,13 +91,6 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"]) -> Mesh:
             raise EditError("edit.cap.crosses")
         faces.append(ring[cut])
     return _with_even_cap(mesh, np.concatenate(faces).astype(np.int32), normal)
-
-
-def _plane_axes(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
-    """Two axes of the plane across a normal, right-handed with it."""
-    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)])
 
 
 def _enclosing_ring(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:

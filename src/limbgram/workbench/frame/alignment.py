@@ -20,7 +20,7 @@ from jaxtyping import Int64
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, axis_across
 from limbgram.core.mesh.axis import Axis, axis_along, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
@@ -337,8 +337,7 @@ def _rotation_to_limb(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions
 def _any_rotation_with_up(up: Vector3) -> Matrix3:
     """Any rotation whose third row is `up`."""
     unit = up / np.linalg.norm(up)
-    other = np.eye(3)[int(np.abs(unit).argmin())]
-    x = np.cross(other, unit)
+    x = np.cross(axis_across(unit), unit)
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(unit, x), unit])
 

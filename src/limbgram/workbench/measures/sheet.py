@@ -23,6 +23,7 @@ from jaxtyping import Float64, Int64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import axis_across, rotation_to_axes
 from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.uncertainty import extra_extremum_variance_mm2
 from limbgram.core.notebook import brief, data_frame, html_of
@@ -467,10 +468,8 @@ def plane_of_item(anatomy: Anatomy, item: Section) -> CutPlane:
         held = anatomy.axis(item.holds).direction
         normal = normal - held * (normal @ held)
         normal /= np.linalg.norm(normal)
-    x_axis = anatomy.axis(item.along).direction if item.along else _any_axis_across(normal)
-    x_axis = x_axis - normal * (x_axis @ normal)
-    x_axis /= np.linalg.norm(x_axis)
-    rotation = np.stack([x_axis, np.cross(normal, x_axis), normal])
+    x_axis = anatomy.axis(item.along).direction if item.along else axis_across(normal)
+    rotation = rotation_to_axes(normal, x_axis)
     through_mm = rotation @ at
     through_mm[2] += item.beyond_mm
     if item.parted is not None:
@@ -708,7 +707,3 @@ def _girth_mm(level: Level | Refused) -> float:
 def _mean_place_in_plane(plane: CutPlane, ends: list[Vector3]) -> tuple[float, float]:
     x, y, _ = np.mean([plane.rotation @ end for end in ends], axis=0).tolist()
     return x, y
-
-
-def _any_axis_across(normal: Vector3) -> Vector3:
-    return np.eye(3)[int(np.abs(normal).argmin())]
