@@ -26,9 +26,7 @@ def begin_sample(shelf: Shelf) -> ShelvedCase:
     return shelf.new_case("transtibial", "left", _NOTE, sample=True)
 
 
-def fill_sample(
-    shelf: Shelf, case: ShelvedCase, run: Run, options: CaptureOptions = SAMPLE
-) -> KeptCamera:
+def fill_sample(shelf: Shelf, case: ShelvedCase, run: Run) -> KeptCamera:
     """Render the photos, calibrate the camera, and put the photos into the case.
 
     Raises:
@@ -36,7 +34,7 @@ def fill_sample(
     """
     folder = shelf.root / "sample"
     if not folder.is_dir():
-        run(make_capture, folder, options)
+        run(make_capture, folder, SAMPLE)
     camera = _sample_camera(shelf, folder, run)
     _upload(folder / "images", Intake(case.received, secret_of(shelf.root)))
     return camera

@@ -22,6 +22,8 @@ from limbgram.core.solvers import invert_symmetric
 
 _STEPS = 8
 """Gauss-Newton steps."""
+_NEWTON_STEPS = 3
+"""Steps towards a match that fits the epipolar constraint."""
 
 
 def sampson_px(
@@ -51,7 +53,7 @@ def sampson_jacobian(
 
 
 def nearest_matches(
-    fundamental: Matrix3, xy_first: Points2, xy_second: Points2, steps: int = 3
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
 ) -> Float64[np.ndarray, "n 4"]:
     """Matches corrected onto the epipolar constraint: the maximum-likelihood x^ and x'^.
 
@@ -61,7 +63,7 @@ def nearest_matches(
     """
     given = np.concatenate([xy_first, xy_second], axis=1)
     nearest = given
-    for _ in range(steps):
+    for _ in range(_NEWTON_STEPS):
         error, gradient = _error_and_gradient(fundamental, nearest[:, :2], nearest[:, 2:])
         residual = error + np.einsum("ij,ij->i", gradient, given - nearest)
         nearest = given - gradient * (residual / _gradient_norm(gradient) ** 2)[:, None]

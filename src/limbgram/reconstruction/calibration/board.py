@@ -57,10 +57,6 @@ _MAX_RMS = 0.0003
 """The same over the picture's longer side, for large pictures; the larger of both holds."""
 _MAX_FOCAL_SIGMA = 0.01
 """Relative sigma of the focal length beyond which calibration is refused."""
-_MIN_REACH = 0.1
-"""Smallest reach of the board towards each corner of the picture, 0 to 1."""
-_MAX_EDGE_SIGMA_PX = 5.0
-"""Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
 
 
 MIN_PHOTOS = 3
@@ -71,10 +67,6 @@ _PHOTO_FACTOR = 3.0
 """A photo is set aside when its RMS is this many times the median of all photos."""
 _CORNER_SIGMAS = 5.0
 """A corner is left out when it is this many robust sigmas off."""
-_SIGNIFICANCE = 5.0
-"""Sigmas from zero from which skew or k3 is significant."""
-_MEANINGFUL_SKEW_PX = 0.5
-"""Shift at the picture's edge below which even a significant skew is not delivered."""
 _GOOD_REACH = 0.5
 """Reach from which the result is not doubted."""
 
@@ -173,7 +165,7 @@ def calibrate_detections(
         width_px=size_px[0], height_px=size_px[1], fx=1.0, fy=1.0, cx=0.0, cy=0.0
     ).with_parameters(solution.shared[:LENS_SIZE])
     edges_px = edge_sigmas_px(lens, covariance[:LENS_SIZE, :LENS_SIZE])
-    refuse_uncovered(seen, edges_px, _MIN_REACH, _MAX_EDGE_SIGMA_PX)
+    refuse_uncovered(seen, edges_px)
     return BoardCalibration(
         calibration=_calibration(lens, covariance, solution.rms_px, seen_by),
         board=detections.board,
@@ -225,8 +217,6 @@ def _screened(
         detections.corners_mm,
         size_px,
         bend=bend and len(screened.observations) >= _FEW_PHOTOS,
-        significance=_SIGNIFICANCE,
-        meaningful_skew_px=_MEANINGFUL_SKEW_PX,
         board_gain=options.board_gain,
     )
     return screened, choice

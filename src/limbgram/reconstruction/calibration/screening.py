@@ -28,6 +28,10 @@ from limbgram.reconstruction.calibration.adjustment import (
 )
 from limbgram.reconstruction.photos.photo import SetAside
 
+_SIGNIFICANCE = 5.0
+"""Sigmas from zero from which skew or k3 is significant."""
+_MEANINGFUL_SKEW_PX = 0.5
+"""Shift at the picture's edge below which even a significant skew is not delivered."""
 SKEW = PARAMETERS.index("skew")
 K3 = PARAMETERS.index("k3")
 _LENIENT_PX = 0.05
@@ -216,8 +220,6 @@ def select_model(
     size_px: tuple[int, int],
     *,
     bend: bool,
-    significance: float,
-    meaningful_skew_px: float,
     board_gain: float,
 ) -> ModelChoice:
     """Select the model: k3, the board's shape and skew are kept only where they are significant.
@@ -232,12 +234,12 @@ def select_model(
     with_k3 = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=bend))
     k3 = _estimate(with_k3, K3)
     inflation = max(1.0, scatter(screened.observations, board_mm, with_k3))
-    keeps_k3 = k3.sigmas_from_zero > significance * inflation
+    keeps_k3 = k3.sigmas_from_zero > _SIGNIFICANCE * inflation
     with_skew = readjust(screened, board_mm, free_unknowns(k3=keeps_k3, skew=True, board=bend))
     skew = _estimate(with_skew, SKEW)
     inflation = max(1.0, scatter(screened.observations, board_mm, with_skew))
     shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
-    if skew.sigmas_from_zero > significance * inflation and shift_px > meaningful_skew_px:
+    if skew.sigmas_from_zero > _SIGNIFICANCE * inflation and shift_px > _MEANINGFUL_SKEW_PX:
         return ModelChoice(with_skew, skew, k3)
     plain = readjust(screened, board_mm, free_unknowns(k3=keeps_k3, skew=False, board=bend))
     return ModelChoice(plain, skew, k3)

@@ -19,6 +19,10 @@ from limbgram.reconstruction.calibration.cameras import label_of
 from limbgram.reconstruction.photos.photo import Photo, left_out
 from limbgram.reconstruction.targets.board import BoardDetections
 
+_MIN_REACH = 0.1
+"""Smallest reach of the board towards each corner of the picture, 0 to 1."""
+_MAX_EDGE_SIGMA_PX = 5.0
+"""Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
 _CELLS = (12, 8)
 
 
@@ -118,17 +122,12 @@ def edge_sigmas_px(
     return np.sqrt(np.maximum(variances[:4].max(axis=1), 0.0))
 
 
-def refuse_uncovered(
-    seen: Coverage,
-    edge_sigmas_px: Float64[np.ndarray, "4"],
-    min_reach: float,
-    max_edge_sigma_px: float,
-) -> None:
+def refuse_uncovered(seen: Coverage, edge_sigmas_px: Float64[np.ndarray, "4"]) -> None:
     """Raise CalibrationError where the distortion is unknown in a corner of the picture."""
     bare = tuple(
         name
         for name, reach, sigma_px in zip(_CORNERS, seen.reach, edge_sigmas_px)
-        if reach < min_reach or sigma_px > max_edge_sigma_px
+        if reach < _MIN_REACH or sigma_px > _MAX_EDGE_SIGMA_PX
     )
     if bare:
         raise CalibrationError("lens.uncovered", corners=bare)

@@ -104,12 +104,10 @@ class LensEquations:
         sample_size = len(photos) * body.clusters
         return cls(photos, camera, NormalEquations(reduced, reduced_right), sample_size)
 
-    def columns_of_cameras(
-        self, numbers: slice = slice(0, DEVIATION_SIZE)
-    ) -> Float64[np.ndarray, "u k"]:
+    def columns_of_cameras(self) -> Float64[np.ndarray, "u k"]:
         """Design columns of deviations that are the same in all photos of a camera."""
         cameras = (self.camera[:, None] == np.unique(self.camera)).astype(float)
-        return np.kron(cameras, np.eye(DEVIATION_SIZE)[:, numbers])
+        return np.kron(cameras, np.eye(DEVIATION_SIZE))
 
     def columns_of_photo(
         self, rank: int, numbers: slice = slice(0, DEVIATION_SIZE)

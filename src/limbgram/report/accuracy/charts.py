@@ -201,9 +201,7 @@ def accuracy_pictures(evidence: Evidence, assessment: Assessment) -> tuple[Pictu
 
 
 def _error_map(evidence: Evidence, off_mm: Float64[np.ndarray, " n"]) -> Picture:
-    figure = signed_map(
-        evidence.mesh, off_mm, "distance from the truth, mm (red: outside)", in_mm=True
-    )
+    figure = signed_map(evidence.mesh, off_mm, "distance from the truth, mm (red: outside)")
     caption = (
         "Signed distance of every measured vertex from the truth. Grey: not compared, because "
         f"fewer than three photos see the truth there, or it lies {COMPARED_MM:g} mm or more from "

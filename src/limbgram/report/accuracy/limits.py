@@ -99,15 +99,15 @@ def _paint_limit(figures: Figures) -> Iterator[Finding]:
     sigma = figures.surface.sigma
     if sigma is None:
         return
-    unsure = _share_beyond(sigma, _UNSURE_TIMES * _quantile(sigma, _SUREST))
+    unsure = _share_beyond(sigma, _UNSURE_TIMES * _surest_mm(sigma))
     if unsure > _UNSURE:
         yield doubt("limit.paint", unsure_share=unsure, times=_UNSURE_TIMES)
 
 
-def _quantile(sigma: SurfaceSigma, share: float) -> float:
-    """Sigma below which this share of the area lies."""
+def _surest_mm(sigma: SurfaceSigma) -> float:
+    """Sigma below which the surest part of the area lies."""
     below = [0.0, *itertools.accumulate(sigma.area_share)]
-    return float(np.interp(share, below, sigma.edges_mm))
+    return float(np.interp(_SUREST, below, sigma.edges_mm))
 
 
 def _share_beyond(sigma: SurfaceSigma, limit_mm: float) -> float:

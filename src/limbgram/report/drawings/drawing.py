@@ -67,15 +67,13 @@ class Chart:
     bottom_in: float = 0.42
     """Room beside the axes for ticks and labels."""
 
-    def draw_at(
-        self, figure: "Figure", left_in: float, top_in: float, width_in: float, height_in: float
-    ) -> None:
-        """Draw it into this part of a figure."""
+    def draw_on(self, figure: "Figure", width_in: float, height_in: float) -> None:
+        """Draw it on a figure of this size."""
         self.draw(
             axes_at(
                 figure,
-                left_in + self.left_in,
-                top_in + self.top_in,
+                self.left_in,
+                self.top_in,
                 width_in - self.left_in - self.right_in,
                 height_in - self.top_in - self.bottom_in,
             )
@@ -91,7 +89,7 @@ class Chart:
             {"svg.fonttype": "none", "svg.hashsalt": name, "text.parse_math": False}
         ):
             figure = Figure(figsize=(width_in, height_in), facecolor="none")
-            self.draw_at(figure, 0.0, 0.0, width_in, height_in)
+            self.draw_on(figure, width_in, height_in)
             file = io.StringIO()
             FigureCanvasSVG(figure).print_svg(file, metadata={"Date": None})
         return file.getvalue()

@@ -29,14 +29,12 @@ def size_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_mm
     return _map(mesh, values, Normalize(0.0, reach), "YlOrRd", label, in_mm)
 
 
-def signed_map(
-    mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_mm: bool
-) -> "Figure":
-    """Figures about 0: blue below, white at it, red above."""
+def signed_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str) -> "Figure":
+    """Millimetres about 0: blue below, white at it, red above."""
     from matplotlib.colors import Normalize
 
     reach = _reach(np.abs(values))
-    return _map(mesh, values, Normalize(-reach, reach), "RdBu_r", label, in_mm)
+    return _map(mesh, values, Normalize(-reach, reach), "RdBu_r", label, in_mm=True)
 
 
 def least_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str) -> "Figure":

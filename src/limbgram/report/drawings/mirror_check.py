@@ -61,8 +61,8 @@ def mirror_check(
         axes.set_title(named[0], fontsize=11, color=FAINT, pad=24)
         seen |= number_landmarks(axes, frame, landmarks_in_limb, normals)
         scale_bar(axes, frame)
-        _sign(axes, named[2], (0.0, 1.0), "left", "bottom")
-        _sign(axes, named[3], (1.0, 1.0), "right", "bottom")
+        _sign(axes, named[2], (0.0, 1.0), "left")
+        _sign(axes, named[3], (1.0, 1.0), "right")
     size = np.ptp(mesh_in_limb.vertices_mm, axis=0)
     told = "no side" if side == "none" else f"the patient's {side.upper()} side"
     figure.suptitle(
@@ -112,12 +112,12 @@ def _sections(axes: "Axes", mesh: Mesh) -> None:
         title="height, as a share of the length",
         title_fontsize=7,
     )
-    _sign(axes, "LEFT", (0.0, 1.0), "left", "bottom")
-    _sign(axes, "FRONT", (0.5, 1.0), "center", "bottom")
-    _sign(axes, "RIGHT", (1.0, 1.0), "right", "bottom")
+    _sign(axes, "LEFT", (0.0, 1.0), "left")
+    _sign(axes, "FRONT", (0.5, 1.0), "center")
+    _sign(axes, "RIGHT", (1.0, 1.0), "right")
 
 
-def _sign(axes: "Axes", text: str, place: tuple[float, float], across: str, along: str) -> None:
+def _sign(axes: "Axes", text: str, place: tuple[float, float], across: str) -> None:
     axes.text(
         *place,
         text,
@@ -126,5 +126,5 @@ def _sign(axes: "Axes", text: str, place: tuple[float, float], across: str, alon
         weight="bold",
         color=RED,
         ha=across,
-        va=along,
+        va="bottom",
     )

@@ -406,7 +406,7 @@ def bias_rows(content: Content) -> list[Row]:
     return [
         (
             one.step,
-            _number_text(one.bias_mm, "+z.3f"),
+            "not known" if one.bias_mm is None else f"{one.bias_mm:+z.3f}",
             "" if one.typical_mm is None else f"{one.typical_mm:.3f}",
             "" if one.largest_mm is None else f"{one.largest_mm:.3f}",
             "" if one.volume_share is None else f"{100 * one.volume_share:+z.3f}",
@@ -494,7 +494,3 @@ def _figure_text(figure: Json, decimals: int) -> str:
     sigma = figure["sigma"]
     interval = None if sigma is None else Interval.of_sigma(sigma)
     return f"{figure['value']:.{decimals}f} {plus_minus(interval, max(decimals, 2))}".rstrip()
-
-
-def _number_text(value: float | None, form: str) -> str:
-    return "not known" if value is None else format(value, form)

@@ -22,6 +22,8 @@ from limbgram.reconstruction.photos.photo import Photo
 _MARGIN_PX = 4
 _LEAST_COSINE = 0.5
 """Pixels that meet the surface more obliquely than 60 degrees are left out."""
+_OUTLINE_VERTICES = 20_000
+"""So many of the mesh's vertices are enough to find it in a photo."""
 
 
 @dataclass(frozen=True)
@@ -121,11 +123,6 @@ def hue_and_saturation(
     return hue, np.where(dark, 0, (brightest - least) / np.maximum(brightest, 1e-6))
 
 
-def outline_of(mesh: Mesh, most: int = 20_000) -> Points3:
-    """Some of the mesh's vertices, enough to find it in a photo."""
-    return mesh.vertices_mm[:: max(1, len(mesh) // most)]
-
-
 def _reduced_crop(
     pixels: ColourImage, view: View, outline_mm: Points3, pixel_mm: float
 ) -> tuple[UInt8[np.ndarray, "rows columns 3"], int, int, float]:
@@ -156,7 +153,7 @@ def coloured_pixels_by_photo(
     least_saturation: float,
 ) -> list[ColouredPixels]:
     """The strongly coloured pixels of each photo."""
-    outline = outline_of(mesh)
+    outline = mesh.vertices_mm[:: max(1, len(mesh) // _OUTLINE_VERTICES)]
     return [
         coloured_pixels(photo, view, caster, outline, pixel_mm, least_saturation)
         for photo, view in zip(photos, views, strict=True)

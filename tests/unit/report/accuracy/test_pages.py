@@ -144,7 +144,7 @@ def test_a_histogram_draws_each_step_where_it_is() -> None:
 def test_the_figures_behind_bars_are_not_cut_off(values: tuple[float, float]) -> None:
     chart = bars(["image measurement", "scale"], values, "mm", "parts of the error")
     figure = Figure(figsize=(chart.width_in, chart.height_in))
-    chart.draw_at(figure, 0.0, 0.0, chart.width_in, chart.height_in)
+    chart.draw_on(figure, chart.width_in, chart.height_in)
     FigureCanvasAgg(figure).draw()
     (axes,) = figure.axes
     ends = [words.get_window_extent().x1 for words in axes.texts]

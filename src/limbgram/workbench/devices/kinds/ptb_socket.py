@@ -15,7 +15,7 @@ DEVICE = Device(
     label=beside_socket("patellar tendon"),
     wall=SOCKET,
     pads=(DISTAL_PAD,),
-    ridges=(strip_behind("patellar tendon", -30.0),),
+    ridges=(strip_behind("patellar tendon"),),
     adapter="knee",
     more=(PAD, STRIP),
 )

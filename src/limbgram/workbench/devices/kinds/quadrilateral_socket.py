@@ -15,7 +15,7 @@ DEVICE = Device(
     label=beside_socket("ischial tuberosity"),
     wall=SOCKET,
     pads=(DISTAL_PAD,),
-    ridges=(strip_behind("ischial tuberosity", -30.0),),
+    ridges=(strip_behind("ischial tuberosity"),),
     adapter="hip",
     more=(PAD, STRIP),
 )

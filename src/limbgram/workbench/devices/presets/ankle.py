@@ -97,12 +97,21 @@ TOE_EDGE = Measure(
 _HEEL_PLACE = TrimPoint(name="heel", at="heel", seen_from="posterior", axes="foot")
 
 
-def _calf(front_deg: float, top: Amount) -> tuple[TrimPoint, ...]:
+def _calf(front_deg: float) -> tuple[TrimPoint, ...]:
     """The upper edge from behind to the front corner, and the front edge of the calf."""
-    lower = (top, -14.0) if not isinstance(top, tuple) else (*top, -14.0)
     return (
-        TrimPoint(name="top, lateral behind", at="fibula head", up_mm=top, around_deg=125.0),
-        TrimPoint(name="top, lateral", at="fibula head", up_mm=lower, around_deg=front_deg),
+        TrimPoint(
+            name="top, lateral behind",
+            at="fibula head",
+            up_mm="-below_fibula_mm",
+            around_deg=125.0,
+        ),
+        TrimPoint(
+            name="top, lateral",
+            at="fibula head",
+            up_mm=("-below_fibula_mm", -14.0),
+            around_deg=front_deg,
+        ),
         TrimPoint(
             name="calf, lateral",
             at="fibula head",
@@ -192,7 +201,7 @@ SOLID = Trim(
             name="edge",
             points=_round(
                 _TOP_BEHIND,
-                (*_calf(72.0, "-below_fibula_mm"), _SHIN, _ANKLE, _WALL, _WALL_END, *_TO_TOES),
+                (*_calf(72.0), _SHIN, _ANKLE, _WALL, _WALL_END, *_TO_TOES),
                 _TOES,
             ),
             keeps=_HEEL_PLACE,
@@ -222,7 +231,7 @@ LEAF_SPRING = Trim(
             points=_round(
                 _TOP_BEHIND,
                 (
-                    *_calf(90.0, "-below_fibula_mm"),
+                    *_calf(90.0),
                     TrimPoint(
                         name="spring, lateral",
                         at="lateral malleolus",
@@ -291,7 +300,7 @@ HINGED_CALF = Trim(
             points=_round(
                 _TOP_BEHIND,
                 (
-                    *_calf(72.0, "-below_fibula_mm"),
+                    *_calf(72.0),
                     _SHIN,
                     _ear("ankle, lateral", "ear_mm", ("joint_gap_mm", 16.0)),
                     _ear("joint, lateral", 0.0, "joint_gap_mm"),

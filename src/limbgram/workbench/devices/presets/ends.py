@@ -27,13 +27,13 @@ DISTAL_PAD = Pad(
 )
 
 
-def strip_behind(to: str, up_mm: float) -> Ridge:
+def strip_behind(to: str) -> Ridge:
     """A strip from the distal end up the back to below a landmark's level."""
     return Ridge(
         name="strip behind",
         through=(
             TrimPoint(name="strip, low", at="distal end", up_mm=45.0, around_deg=180.0),
-            TrimPoint(name="strip, high", at=to, up_mm=up_mm, around_deg=180.0),
+            TrimPoint(name="strip, high", at=to, up_mm=-30.0, around_deg=180.0),
         ),
         width_mm=24.0,
         falloff_mm=10.0,
