@@ -78,11 +78,7 @@ from limbgram.reconstruction.photo_lenses import lenses_told
 from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet
-from limbgram.reconstruction.photos.quality import (
-    UNUSABLE_REMARKS,
-    common_fault,
-    remarks,
-)
+from limbgram.reconstruction.photos.quality import UNUSABLE_REMARKS, common_fault, remarks_by_photo
 from limbgram.reconstruction.pipeline import (
     PipelineOptions,
     PlacedPhotos,
@@ -391,9 +387,7 @@ def _judged_photos(
 ) -> tuple[tuple[CheckedPhoto, ...], tuple[MissingPhotos, ...]]:
     """Every photo with its remarks, and the photos missing between those that count."""
     on_limb = replace(photos, photos=tuple(one.photo for one in looked_at))
-    said: dict[str, list[Finding]] = {}
-    for remark in remarks(on_limb):
-        said.setdefault(remark.name, []).append(remark.finding)
+    said = remarks_by_photo(on_limb)
     stands = _stands_of_photos(scene, limb)
     checked: list[CheckedPhoto] = []
     for idx, one in enumerate(looked_at):
@@ -440,9 +434,7 @@ def _stands_of_photos(scene: Scene, limb: Points3) -> list[Stand]:
 
 
 def _refused_answer(photos: PhotoSet, why: Finding) -> CaptureCheck:
-    said: dict[str, list[Finding]] = {}
-    for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(remark.finding)
+    said = remarks_by_photo(photos)
     return CaptureCheck(
         go=False,
         headline=fault("coach.not_yet", why=why),

@@ -1,7 +1,5 @@
 """`limbgram batch`: a folder of captures to a folder of cases, with one table at the end."""
 
-import json
-import sys
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -22,6 +20,7 @@ from limbgram.batch.attempt import Outcome, Plan, StepOutcome
 from limbgram.batch.settings import EXAMPLE
 from limbgram.batch.whole_batch import BatchRequest, Worked, prepared
 from limbgram.cases.child_process import Event
+from limbgram.cli.progress import write_event
 from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import Cancelled, OptionsError, printable
@@ -144,8 +143,7 @@ class _Display:
 
     def show(self, event: Event) -> None:
         if self.kind == "json":
-            sys.stderr.write(json.dumps(event) + "\n")
-            sys.stderr.flush()
+            write_event(event)
             return
         match event:
             case {"event": "planned", "captures": int(count), "at_once": int(at_once)}:

@@ -24,6 +24,12 @@ from limbgram.report.stages import stage_title
 Event = dict[str, Any]
 
 
+def write_event(event: Event) -> None:
+    """Write an event to standard error, as a line of JSON."""
+    sys.stderr.write(json.dumps(event) + "\n")
+    sys.stderr.flush()
+
+
 @dataclass
 class Display:
     """Shows the events of a job as they come."""
@@ -37,8 +43,7 @@ class Display:
     def show(self, event: Event) -> None:
         """Show one event; unknown events only as JSON."""
         if self.kind == "json":
-            sys.stderr.write(json.dumps(event) + "\n")
-            sys.stderr.flush()
+            write_event(event)
             return
         match event:
             case {"event": "progress", "stage": str(stage), "done": int(done), "total": int(total)}:

@@ -25,8 +25,8 @@ from limbgram.reconstruction.movement import in_report_unit, movement_remark
 from limbgram.reconstruction.photo_lenses import board_told
 from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
-from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
-from limbgram.reconstruction.photos.quality import remarks
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.photos.quality import remarks_by_photo
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import Scale
 from limbgram.report.accuracy.assessment import Assessment
@@ -450,7 +450,7 @@ def _scale(scale: Scale) -> ScaleSummary:
 
 
 def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
-    remarked = _remarks(done.photos)
+    said = remarks_by_photo(done.photos)
     as_told, unit = in_report_unit(done.metric, done.mesh.vertices_mm)
     return tuple(
         PhotoSummary(
@@ -460,7 +460,7 @@ def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
             rms_px=verdict.rms_px,
             reason="" if verdict.reason is None else told(verdict.reason),
             remarks=(
-                *remarked.get(photo.name, ()),
+                *map(told, said.get(photo.name, ())),
                 *([told(verdict.remark)] if verdict.remark else []),
                 *map(told, movement_remark(as_told, number, unit)),
             ),
@@ -476,10 +476,3 @@ def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
             )
         )
     )
-
-
-def _remarks(photos: PhotoSet) -> dict[str, list[str]]:
-    said: dict[str, list[str]] = {}
-    for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(told(remark.finding))
-    return said

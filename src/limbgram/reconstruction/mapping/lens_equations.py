@@ -381,7 +381,7 @@ def _equations(
     basis: Float64[np.ndarray, "c lens 9"],
     sigma_px: float,
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
-    """Of poses, lenses and deviations, points eliminate, in units of sigma."""
+    """Equations over poses, lenses and deviations, points eliminated, in units of sigma."""
     normal, right, _ = reduced_equations(bundle, lens_idx, basis, sigma_px, RELATIVE_DAMPING)
     return normal / sigma_px**2, right / sigma_px**2
 

@@ -38,7 +38,7 @@ from limbgram.reconstruction.mapping.resection import FEWEST_POINTS, LARGEST_MIS
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet
-from limbgram.reconstruction.photos.quality import remarks
+from limbgram.reconstruction.photos.quality import remarks_by_photo
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.reconstruction.twoview.verification import verify_pair
 
@@ -281,13 +281,13 @@ def judge(
         dropped: Reasons for photos that had a pose and lost it.
     """
     figures = photo_points(scene)
-    remarked = remarks(photos)
+    remarked = remarks_by_photo(photos)
     verdicts: list[PhotoVerdict] = []
     for photo, name in enumerate(scene.names):
         placed = scene.camera_from_world[photo] is not None
         reason = None if placed else dropped.get(photo)
         if not placed and reason is None:
-            measured = tuple(one.finding for one in remarked if one.name == name)
+            measured = tuple(remarked.get(name, ()))
             reason = _rejection_reason(photo, scene, keypoints_px, pairs, others, measured)
         verdicts.append(
             PhotoVerdict(

@@ -106,6 +106,14 @@ def remarks(photos: PhotoSet) -> tuple[Remark, ...]:
     return (*found, *_lens_remarks(photos))
 
 
+def remarks_by_photo(photos: PhotoSet) -> dict[str, list[Finding]]:
+    """`remarks` by the photo's name; photos without any are left out."""
+    found: dict[str, list[Finding]] = {}
+    for remark in remarks(photos):
+        found.setdefault(remark.name, []).append(remark.finding)
+    return found
+
+
 UNUSABLE_REMARKS = ("photo.blurred", "photo.overexposed", "photo.underexposed")
 """Remarks on photos that cannot be measured in."""
 

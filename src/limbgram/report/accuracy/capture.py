@@ -11,7 +11,6 @@ from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
-from limbgram.findings import Finding
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
@@ -24,7 +23,7 @@ from limbgram.reconstruction.movement import (
 )
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import Photo
-from limbgram.reconstruction.photos.quality import remarks
+from limbgram.reconstruction.photos.quality import remarks_by_photo
 from limbgram.reconstruction.scale.metric import LengthCheck
 from limbgram.reconstruction.scale.taped_girths import TapePlane, TapeWitness
 from limbgram.report.accuracy.evidence import Evidence
@@ -115,9 +114,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
     scene, photos = evidence.metric.scene, evidence.photos
     as_told, unit = in_report_unit(evidence.metric, evidence.mesh.vertices_mm)
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
-    said: dict[str, list[Finding]] = {}
-    for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(remark.finding)
+    said = remarks_by_photo(photos)
     rows: list[PhotoFigures] = []
     stated: list[float] = []
     in_mm = evidence.metric.scale.unit == "mm"
