@@ -24,7 +24,7 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from limbgram.cases.case_record import utc_now, write_json
 from limbgram.core.errors import CaseError, OptionsError, printable
 from limbgram.core.files import json_of, read_content
-from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.core.typed import TOLERANT, Mismatch, tree_of, value_of
 
 ACCESS_FOLDER = "access"
 """On the shelf: users, the log, the certificate; for the owner of the program alone."""
@@ -34,7 +34,6 @@ MOST_LETTERS = 200
 _NAME = re.compile(r"[^\W_][\w .'@-]{0,39}")
 _LARGEST_BYTES = 1_000_000
 _SCHEMA = "limbgram-users/1"
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,7 +175,7 @@ class Users:
     def _from_disk(self) -> tuple[User, ...]:
         try:
             tree = json_of(read_content(self.file, _LARGEST_BYTES, CaseError))
-            return value_of(tree, _File, strictness=_AS_WRITTEN).users
+            return value_of(tree, _File, strictness=TOLERANT).users
         except (Mismatch, ValueError) as error:
             raise CaseError("app.user.list_damaged", file=str(self.file), why=str(error)) from error
 

@@ -42,7 +42,7 @@ from limbgram.core.errors import (
     disk_finding,
 )
 from limbgram.core.files import json_of, read_content
-from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.core.typed import TOLERANT, tree_of, value_of
 from limbgram.findings import Finding, fault, note, told
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.reconstruction.photos.photo import SetAside
@@ -55,7 +55,6 @@ State = Literal["finished", "unchanged", "refused", "died", "failed", "cancelled
 
 _SCHEMA = "limbgram-batch-case/1"
 _LARGEST_BYTES = 16_000_000
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 _UNPACKED = ".unpacked"
 _PATIENCE_S = GRACE_S + 10.0
 _STEP_S = 0.2
@@ -382,7 +381,7 @@ def _with_verdict(
     """The outcome with the verdict of the case's summary, which its report shows too."""
     try:
         tree = json_of(read_content(case.summary, _LARGEST_BYTES, CaseError))
-        summary = value_of(tree, _Summary, "", _AS_WRITTEN)
+        summary = value_of(tree, _Summary, "", TOLERANT)
     except ValueError as error:
         raise CaseError(
             "batch.summary_unreadable", path=str(case.summary), why=str(error)

@@ -18,7 +18,7 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.spreadsheet import Cell, Table, csv_of, xlsx_of
-from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.core.typed import TOLERANT, tree_of, value_of
 from limbgram.findings import told
 from limbgram.report.batch import BatchRow, batch_report, count_by_verdict
 from limbgram.report.drawings.drawing import Picture
@@ -93,7 +93,7 @@ def earlier_outcomes(cases: Path) -> dict[str, Outcome]:
     place = cases / NAMES[0]
     try:
         tree = json_of(read_content(place, _LARGEST_BYTES, CaseError))
-        kept = value_of(tree, _Kept, "", Strictness(pass_over_unknown=True))
+        kept = value_of(tree, _Kept, "", TOLERANT)
     except (CaseError, ValueError):
         return {}
     return {one.name: one for one in kept.captures} if kept.schema == _SCHEMA else {}

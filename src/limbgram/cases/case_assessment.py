@@ -34,7 +34,7 @@ from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import signed_on
-from limbgram.core.typed import Mismatch, Strictness, value_of
+from limbgram.core.typed import TOLERANT, Mismatch, value_of
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.lens_groups import ByLens
@@ -161,7 +161,6 @@ def _read(case: CaseFolder, kept: dict[str, StageEntry], stage: str, hint: type[
 
 
 _LARGEST_BYTES = 4_000_000
-_AS_FAR_AS_CITED = Strictness(pass_over_unknown=True)
 
 
 def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTruth:
@@ -269,7 +268,7 @@ def cited(case: CaseFolder) -> CaseSource:
     if schema not in READ_SCHEMAS:
         raise CaseError("case.accuracy_of_other_version", case=str(case.root), version=schema)
     try:
-        said = value_of(unsealed(accuracy), CaseAccuracy, strictness=_AS_FAR_AS_CITED)
+        said = value_of(unsealed(accuracy), CaseAccuracy, strictness=TOLERANT)
     except (LookupError, Mismatch) as error:
         raise CaseError("case.accuracy_altered", case=str(case.root)) from error
     if truth is not None:

@@ -19,14 +19,13 @@ from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.workspace import MAKING, MIRROR_ENDING, Work, Workspace, digits_of
 from limbgram.core.errors import CarveError, CaseError
 from limbgram.core.files import json_of, read_content
-from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.core.typed import TOLERANT, Mismatch, tree_of, value_of
 from limbgram.findings import Finding
 from limbgram.formats.reading import read_shape
 from limbgram.services.export import Export, Triangles, export, file_name
 from limbgram.workbench.limb import Side
 
 _LARGEST_BYTES = 4_000_000
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,4 +172,4 @@ def _read(path: Path) -> ExportedFile | None:
 def _read_version(path: Path, _inode: int, _changed_ns: int, _size: int) -> ExportedFile:
     """Read a record once for each version of its file: every answer about the recipe needs all."""
     tree = json_of(read_content(path, _LARGEST_BYTES, CaseError))
-    return value_of(tree, ExportedFile, strictness=_AS_WRITTEN)
+    return value_of(tree, ExportedFile, strictness=TOLERANT)

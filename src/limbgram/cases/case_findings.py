@@ -6,7 +6,7 @@ from typing import Literal, TypeVar
 
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.files import json_of
-from limbgram.core.typed import Strictness, value_of
+from limbgram.core.typed import TOLERANT, value_of
 from limbgram.findings import Finding, fault, note
 
 
@@ -82,6 +82,6 @@ def _judged(case: CaseFolder, key: str) -> tuple[Judged, ...]:
 def _read(file: Path, kind: type[_Kept]) -> _Kept | None:
     try:
         tree = json_of(file.read_bytes())
-        return value_of(tree, kind, strictness=Strictness(pass_over_unknown=True))
+        return value_of(tree, kind, strictness=TOLERANT)
     except (OSError, ValueError):
         return None

@@ -14,7 +14,7 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.cases.stage_cache import CachingRun
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, written_whole
-from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.core.typed import TOLERANT, tree_of, value_of
 from limbgram.findings import Finding, as_json, told
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.pipeline import Reconstruction
@@ -34,7 +34,6 @@ _LIBRARIES = (
 )
 
 _LARGEST_BYTES = 40_000_000
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 State = Literal["unfinished", "cancelled", "refused", "finished"]
 T = TypeVar("T")
@@ -144,7 +143,7 @@ def read_record(case: CaseFolder) -> CaseRecord:
     """
     try:
         tree = json_of(case.record.read_bytes())
-        return value_of(tree, CaseRecord, strictness=Strictness(pass_over_unknown=True))
+        return value_of(tree, CaseRecord, strictness=TOLERANT)
     except (OSError, ValueError) as error:
         raise LookupError(f"{case.record} cannot be read: {error}") from error
 
@@ -226,7 +225,7 @@ def read_kept(path: Path, kind: type[T], what: str) -> T | None:
         return None
     try:
         tree = json_of(read_content(path, _LARGEST_BYTES, CaseError))
-        return value_of(tree, kind, strictness=_AS_WRITTEN)
+        return value_of(tree, kind, strictness=TOLERANT)
     except (CaseError, ValueError) as error:
         raise unreadable(path, what) from error
 

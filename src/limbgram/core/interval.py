@@ -18,6 +18,8 @@ COVER = 1.96
 """Half width of the 95 % interval of a normal distribution, in standard deviations."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
+RAYLEIGH_MEDIAN = 1.1774
+"""Median distance of points that scatter with sigma 1 in both coordinates."""
 _COVERAGE = 0.95
 HOLDS = "± holds in 95 of 100"
 """Said once on a page or print with a ±."""

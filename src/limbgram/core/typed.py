@@ -38,7 +38,7 @@ class Strictness:
     """What is accepted, and what is checked."""
 
     pass_over_unknown: bool = False
-    """Ignore names that the type does not have: later versions may write more."""
+    """Ignore names that the type does not have."""
     below: float = 1e300
     """Bound on the magnitude of floats."""
     special: Special | None = None
@@ -47,6 +47,8 @@ class Strictness:
 
 
 STRICT = Strictness()
+TOLERANT = Strictness(pass_over_unknown=True)
+"""For files that a later version may have written."""
 
 
 def value_of(tree: object, hint: type[T], at: str = "", strictness: Strictness = STRICT) -> T:

@@ -17,7 +17,7 @@ import numpy as np
 from limbgram.core.errors import CaseError, reason_of
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera, LensParameters
-from limbgram.core.typed import Strictness, value_of
+from limbgram.core.typed import TOLERANT, value_of
 from limbgram.findings import Finding, fault, note
 from limbgram.reconstruction.calibration.cameras import Calibration, LensSource
 
@@ -27,8 +27,6 @@ _LARGEST_BYTES = 1_000_000
 _LARGEST_PX = 1e7
 """Longer than any focal length: a hundred metres on the finest sensor."""
 _LARGEST_SIDE_PX = 100_000
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
-"""Unknown names are ignored: later versions may write more."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +112,7 @@ def read_camera(path: Path | str) -> Calibration:
     content = read_content(path, _LARGEST_BYTES, CaseError, note("file.camera.how_made"))
     try:
         tree = json_of(content)
-        record = value_of(tree, _CameraFile, strictness=_AS_WRITTEN)
+        record = value_of(tree, _CameraFile, strictness=TOLERANT)
     except ValueError as error:
         raise _unusable(path, reason_of(error)) from error
     camera = Camera(

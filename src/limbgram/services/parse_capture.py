@@ -12,7 +12,7 @@ from pathlib import Path
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.tape import read_girth
-from limbgram.core.typed import Strictness, any_value_of, value_of
+from limbgram.core.typed import TOLERANT, any_value_of, value_of
 from limbgram.formats.board_file import read_board
 from limbgram.formats.marks_file import read_marks
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
@@ -34,9 +34,6 @@ _DISTANCE_EXAMPLE = (
 @dataclass(frozen=True)
 class _DistancesFile:
     distances: tuple[KnownDistance, ...]
-
-
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 
 def parse_board(text: str) -> Board:
@@ -71,8 +68,8 @@ def read_distances(path: Path) -> tuple[KnownDistance, ...]:
     try:
         tree = json_of(read_content(path, _LARGEST_BYTES, OptionsError))
         if isinstance(tree, dict):
-            return value_of(tree, _DistancesFile, strictness=_AS_WRITTEN).distances
-        return any_value_of(tree, tuple[KnownDistance, ...], "distances", _AS_WRITTEN)
+            return value_of(tree, _DistancesFile, strictness=TOLERANT).distances
+        return any_value_of(tree, tuple[KnownDistance, ...], "distances", TOLERANT)
     except ValueError as error:
         raise OptionsError(
             "options.no_distances", path=str(path), why=str(error), example=_DISTANCE_EXAMPLE

@@ -38,7 +38,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2, Points3
-from limbgram.core.geometry.frames import Rigid, Similarity, angle_between_deg
+from limbgram.core.geometry.frames import SIMILARITY_SIZE, Rigid, Similarity, angle_between_deg
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.mapping.bundle_adjustment import OUTLIER_SIGMAS, rotation_sigma_deg
 from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
@@ -66,8 +66,6 @@ _MIN_RAYS = 3
 """Photos that show a point which determines the length of a baseline."""
 _MOST_LENGTHS = 100
 """Lengths of one baseline that are tried."""
-_SIMILARITY_SIZE = 7
-"""Parameters of a similarity: scale, rotation and translation."""
 _REBUILDS = 2
 """How often a scene is rebuilt: the first poses bring more matches within the threshold."""
 
@@ -362,7 +360,7 @@ def _group_by_bridges(
         tried = replace(scene, camera_from_world=tuple(moved), camera_covariance=None)
         return np.concatenate([epipolar_px(tried, keypoints_px, one.matches) for one in joined_by])
 
-    zeros = np.zeros(_SIMILARITY_SIZE)
+    zeros = np.zeros(SIMILARITY_SIZE)
     fitted = least_squares(residuals_px, zeros, loss="soft_l1", x_scale="jac").x
     return IntersectedPoses(poses(fitted), joined_by, apart_deg)
 

@@ -36,7 +36,7 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.resection import FEWEST_POINTS, LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
-from limbgram.reconstruction.matching.matching import PairMatches
+from limbgram.reconstruction.matching.matching import FEW_KEYPOINTS, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import remarks_by_photo
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -106,7 +106,6 @@ def _solve_shifts(
     return shifts
 
 
-_FEW_KEYPOINTS = 200
 _USUAL_OUTLIER_SHARE = 0.2
 """Share of a sound photo's matches with points of the scene that are wrong; of 20 five may be."""
 _SIGNIFICANCE_LEVEL = 0.01
@@ -311,7 +310,7 @@ def _rejection_reason(
 ) -> Finding:
     """Why a photo has no place; a fault of the photo is named only where it was measured."""
     found, faults = len(keypoints_px[photo]), len(measured)
-    if found < _FEW_KEYPOINTS:
+    if found < FEW_KEYPOINTS:
         return fault("placing.photo.plain", points=found, faults=faults, measured=measured)
     for other in others:
         if photo in other.placed:

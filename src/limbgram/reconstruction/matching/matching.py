@@ -238,7 +238,7 @@ _FINE_RATIO = 0.8
 """Largest ratio of the best to the second best distance."""
 _MAX_SCALE_CHANGE = 1.5
 """Keypoints whose scales change by a larger factor than the pair does are not compared."""
-_FEW_KEYPOINTS = 200
+FEW_KEYPOINTS = 200
 """A photo with fewer shows too little to be matched."""
 _MEMORY_MB = 400.0
 """Memory for the photos of the pairs that are matched at a time."""
@@ -396,7 +396,7 @@ class PairMemory:
 
 def _refuse_few_keypoints(photos: PhotoSet, features: Features) -> None:
     counts = [len(keypoints) for keypoints in features.keypoints]
-    bare = [name for name, n in zip(photos.names, counts) if n < _FEW_KEYPOINTS]
+    bare = [name for name, n in zip(photos.names, counts) if n < FEW_KEYPOINTS]
     if 2 * len(bare) > len(counts):
         raise MatchingError(
             "pairs.bare",

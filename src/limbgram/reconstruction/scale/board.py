@@ -34,7 +34,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
-from limbgram.core.interval import MAD_TO_SIGMA
+from limbgram.core.interval import MAD_TO_SIGMA, RAYLEIGH_MEDIAN
 from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.calibration.adjustment import BoardObservation
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
@@ -58,7 +58,6 @@ from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 _ROUNDS = 20
 _LEAST_LIMIT_PX = 0.3
 _LIMIT_SIGMAS = 4.0
-_RAYLEIGH_MEDIAN = 1.1774
 _MOST_RESIDUAL = 0.001
 """Residual, as a share of the picture's width, above which the board cannot have lain still."""
 _LEAST_AGREEING_SHARE = 0.5
@@ -219,7 +218,7 @@ def _leave_one_out(
 def _sigma_px(residuals: Float64[np.ndarray, " m"]) -> float:
     """Robust sigma of one coordinate from distances of two (median of a Rayleigh distribution)."""
     known = residuals[np.isfinite(residuals)]
-    return float(np.median(known)) / _RAYLEIGH_MEDIAN if len(known) else 0.0
+    return float(np.median(known)) / RAYLEIGH_MEDIAN if len(known) else 0.0
 
 
 _DIRECTIONS = ("along x", "along y", "diagonal", "other diagonal")

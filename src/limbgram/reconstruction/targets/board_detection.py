@@ -29,6 +29,7 @@ from jaxtyping import Float64, Int32
 from scipy.optimize import least_squares
 
 from limbgram.core.geometry.arrays import GreyImage, Points2
+from limbgram.core.interval import RAYLEIGH_MEDIAN
 from limbgram.core.run import in_parallel
 from limbgram.findings import Finding, doubt, fault, note
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
@@ -217,8 +218,6 @@ _MAX_OFF_BOARD_PX = 0.5
 """Accepted distance from the flat board's image, px; the larger of the two limits holds."""
 _MAX_OFF_BOARD_SIGMAS = 6.0
 """The same in robust standard deviations of the photo's corners."""
-_RAYLEIGH_MEDIAN = 1.1774
-"""Median distance of points that scatter with sigma 1 in both coordinates."""
 _MAX_REACH_PX = 40.0
 """Largest half side of the fit's window."""
 
@@ -446,7 +445,7 @@ def _doubt_corners_off_board(
     )
     if len(rows) == 0 or np.isnan(off_px).any():
         return
-    spread_px = float(np.median(off_px)) / _RAYLEIGH_MEDIAN
+    spread_px = float(np.median(off_px)) / RAYLEIGH_MEDIAN
     limit_px = max(_MAX_OFF_BOARD_PX, _MAX_OFF_BOARD_SIGMAS * spread_px)
     doubts[rows[off_px > limit_px]] = "board.corner.off"
 

@@ -16,7 +16,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import json_of, read_content
-from limbgram.core.typed import Strictness, value_of
+from limbgram.core.typed import TOLERANT, value_of
 from limbgram.workbench.templates.chart_field import ANGLES, Field, node_heights
 from limbgram.workbench.templates.charts import DOME, Along
 from limbgram.workbench.templates.template import Template, TemplateMark
@@ -31,8 +31,6 @@ _TALLEST = 100.0
 """Chart heights count in distances from the round end to the landmark of reference."""
 _LONGEST_NAME = 80
 _UNKNOWN = "-"
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
-"""Later versions may write more; notes for people are not read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +99,7 @@ def read_template(path: Path | str) -> Template:
 
 def decode_template(content: bytes) -> Template:
     """The inverse of encoding, to the rounding of the file; ValueError for anything else."""
-    file = value_of(json_of(content), _TemplateFile, strictness=_AS_WRITTEN)
+    file = value_of(json_of(content), _TemplateFile, strictness=TOLERANT)
     if not 0 < file.top <= _TALLEST:
         raise ValueError("top is a height that cannot be")
     if file.version != _VERSIONS[file.along]:
