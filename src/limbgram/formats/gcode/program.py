@@ -103,8 +103,10 @@ class _Counter:
         return f"{line}G0 X{x_mm:.3f}{word}\n"
 
     def wrapped(self, a_deg: Float64[np.ndarray, " k"]) -> Iterator[str]:
-        """Words within one turn for all points but the first; empty where the axis is there: a
-        control that goes by the sign might take a rounded word for a turn."""
+        """Words within one turn for all points but the first; empty where the axis does not turn.
+
+        A control that goes by the sign might take a rounded word for a turn.
+        """
         for before, after in zip(a_deg[:-1].tolist(), a_deg[1:].tolist(), strict=True):
             yield self._word(self._wrapped(after, after - before))
 

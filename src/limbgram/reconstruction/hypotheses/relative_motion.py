@@ -92,8 +92,10 @@ def _evenly_sampled(photos: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _with_interpolated(motion: BodyMotion, photos: set[int]) -> BodyMotion:
-    """The motion with photos that were not searched: as their neighbours where these agree, and
-    interpolated in a drift."""
+    """The motion, with photos that were not searched interpolated between their neighbours.
+
+    Only in a drift, or where both neighbours belong to one group.
+    """
     movement = motion.movement
     group, shift, turn = movement.group.copy(), movement.shift.copy(), movement.turn_deg.copy()
     motions = motion.motions.copy()

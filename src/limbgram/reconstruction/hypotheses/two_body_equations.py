@@ -236,8 +236,11 @@ class _Layout:
 def _relative_poses(
     first: Scene, second: Scene, photos: tuple[int, ...]
 ) -> tuple[Float64[np.ndarray, "n 6"], Float64[np.ndarray, "n 6 6"]]:
-    """By photo: the pose by the second body relative to that by the first, as rotation and shift in
-    the camera frame; and the Jacobian of such a pose by a motion of the second body."""
+    """Pose of each photo by the second body relative to that by the first, and its Jacobian.
+
+    The pose is a rotation and a shift in the camera frame; its Jacobian is by a motion of the
+    second body.
+    """
     offsets, jacobians = (
         np.zeros((len(photos), MOTION_SIZE)),
         np.zeros((len(photos), MOTION_SIZE, MOTION_SIZE)),

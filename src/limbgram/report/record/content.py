@@ -70,7 +70,7 @@ class CaseCited:
 
 @dataclass(frozen=True, kw_only=True)
 class TapeRead:
-    """A girth that was read by tape, beside what the scan has there, and what was said of it."""
+    """A girth read by tape, the scan's girth there, and what was decided about both."""
 
     made: str
     """When it was read, ISO 8601; empty where nobody noted it."""

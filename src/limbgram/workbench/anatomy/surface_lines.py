@@ -65,8 +65,10 @@ class LineSurface:
 
     @cached_property
     def first_lines(self) -> dict[str, tuple[bytes, "SurfaceLine"]]:
-        """The first line found under each name, with its part's key: later queries are for the same
-        part, while landmarks are moved that do not choose it."""
+        """The first line found under each name, with its part's key.
+
+        Later queries are for the same part while landmarks are moved that do not choose it.
+        """
         return {}
 
     def line_of(

@@ -251,8 +251,10 @@ def _helix_course(turns: int, count: int, start: int, most: int | None) -> _Heli
 
 
 def _ring_strip(one_pass: _Pass, at_turn: int) -> Strip:
-    """A strip of rings to and fro, linked over the highest place between them, because a straight
-    link would cut into a bulge."""
+    """A strip of rings to and fro.
+
+    Links pass over the highest place between two rings: a straight one would cut into a bulge.
+    """
     rings_mm, count, contact = one_pass.rings_mm, one_pass.count, one_pass.contact
     turn = np.linspace(0, 360, count + 1)
     there = np.append(turn, np.full(_LINKS, 360.0))

@@ -104,8 +104,10 @@ def require_solid(solid: Mesh) -> None:
 
 
 def fold_findings(solid: Mesh) -> tuple[Finding, ...]:
-    """A doubt that tells where a finished solid folds over: at a fitting or an imported body,
-    whose form is not changed."""
+    """A doubt where a finished solid folds over.
+
+    Only fittings and imported bodies can cause this: their form is not changed.
+    """
     folds = find_folds(solid, ANY_SHAPE)
     if not len(folds):
         return ()

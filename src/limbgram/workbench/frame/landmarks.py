@@ -99,8 +99,10 @@ def unconfirmed_finding(limb: Limb, used: Iterable[str] | None = None) -> Findin
 
 
 def notes_but_unconfirmed(limb: Limb) -> tuple[Finding, ...]:
-    """What was said of the limb, but for unconfirmed landmarks: of these, what is made of it says
-    which ones it goes by."""
+    """The limb's notes without those of unconfirmed landmarks.
+
+    What is made of the limb says itself which of these it relies on.
+    """
     return tuple(one for one in limb.notes if one.code != "landmark.unconfirmed")
 
 

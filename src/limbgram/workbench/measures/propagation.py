@@ -137,8 +137,10 @@ class Subject:
     def vertex_slopes_by_axes(
         self, what: Callable[[Anatomy], float], names: Iterable[str]
     ) -> Float64[np.ndarray, " n"]:
-        """Change of a figure for a millimetre of each vertex along its normal, with fixed
-        landmarks: through those of the named axes that are fitted to the surface."""
+        """Change of a figure for a millimetre of each vertex along its normal, by the axes alone.
+
+        Only named axes that are fitted to the surface count; landmarks stay fixed.
+        """
         gradient = np.zeros(len(self.sigmas.mesh))
         for name in dict.fromkeys(names):
             found = self.anatomy.surface_line(name)

@@ -458,8 +458,11 @@ def _reference_skin_after(edit: Edit, start: Limb, before: Limb, after: Limb) ->
 
 
 def _followed(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
-    """A skin after an edit that another one was done to; where it is refused on this one, as on a
-    scan before it was cleaned, moved as the other one moved next to it."""
+    """A skin after the edit that was done to another one.
+
+    Where the edit is refused on this one, as on a scan before it was cleaned, each place moves as
+    the other skin moved next to it.
+    """
     try:
         return do_edit(start, edit.repeated(after))
     except EditError:

@@ -87,9 +87,7 @@ class LimbChart:
         return own + _nearness(own, self.centres) @ self.weights
 
     def least_stretch(self, own: Chart) -> Float64[np.ndarray, " n"]:
-        """How near to each other a pull leaves neighbours of a place, in the direction in which it
-        brings them nearest; below 0 where it folds the chart.
-        """
+        """Least stretch at each place that the pulls cause; below 0 where they fold the chart."""
         rise, turn = _offsets_from_marks(own, self.centres)
         falling = -_nearness(own, self.centres) / _PULL_REACH**2
         pulls = self.weights * [_TALL, 1.0]  # all in radii, up and round
