@@ -23,7 +23,7 @@ from limbgram.workbench.limb import Side
 
 KINDS = tuple(EXPORTS)
 """Kinds of file that can be written."""
-_KEPT = " and ".join(one.name for one in FORMATS if {"colours", "sigma"} <= one.keeps)
+_KEPT = tuple(one.name for one in FORMATS if {"colours", "sigma"} <= one.keeps)
 
 
 def _kind(text: str) -> str:
@@ -41,7 +41,7 @@ def export_command(
         typer.Option(
             parser=_kind,
             metavar=f"<{'|'.join(KINDS)}>",
-            help=f"Kind of file; {_KEPT} keep colours and sigmas.",
+            help=f"Kind of file; colours and sigmas are kept by {', '.join(_KEPT)}.",
         ),
     ],
     ask: Annotated[Export, Kinds(EXPORTS, by="to")],

@@ -38,7 +38,7 @@ work in a browser.
 - **0**: done
 - **1**: a bug of ours: please report the traceback
 - **2**: an option cannot be used
-- **3**: photos, a shape, a camera file or a case folder cannot be read, or the folder not written
+- **3**: photos, a shape, a camera file or a case folder cannot be read, or the case not written
 - **4**: photos or shape cannot give the answer: the message says why and what to do
 - **5**: a file could not be written and verified
 - **6**: the system or a library ended the program; the same command continues

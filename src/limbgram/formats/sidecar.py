@@ -1,7 +1,7 @@
 """The limb file: landmarks, axes, side and origins of a shape, as JSON beside the mesh's file.
 
-The limb file of `scan.ply` is `scan.limb.json`; if that exists, the one of `scan.stl` is
-`scan.stl.limb.json`. It holds the hash of the mesh's file, so that it is never used for another
+The limb file of `scan.ply` is `scan.limb.json`; where that is another file's, the one of `scan.stl`
+is `scan.stl.limb.json`. It holds the hash of the mesh's file, so that it is never used for another
 shape. Positions are in the mesh's frame, in millimetres. Its origins, by hash and motion, are the
 files that the mesh was made from; files of earlier versions have none.
 """

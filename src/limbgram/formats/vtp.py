@@ -91,4 +91,5 @@ FORMAT = Format(
     place=60,
     used_for={"en": "ParaView, pyvista", "de": "ParaView, pyvista"},
     write=write_vtp,
+    keeps=frozenset({"colours", "filled", "sigma"}),
 )

@@ -82,7 +82,8 @@ class MakeRequest:
     same, of a patient who sways. over: a cast that stands for the first half of the photos and lies
     for the others. Else the camera walks round."""
     movement: Annotated[MovementKind | None, _WRONG] = None
-    """What moves between the photos: the limb in a step, in a slow drift ..."""
+    """What moves: the limb once at half time, evenly, at random in each photo, or by leaning over
+    in the second half; or the board, pushed at half time."""
     movement_mm: Annotated[float, _WRONG] = Movement.shift_mm
     """How far it moves, mm, 0 to 30, with --movement."""
     fault: Annotated[tuple[Fault, ...], _WRONG] = ()

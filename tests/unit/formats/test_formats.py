@@ -1,6 +1,7 @@
 """Every format gives the same surface in millimetres, or says what is wrong with the file."""
 
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -214,6 +215,23 @@ def test_a_limb_is_read_as_it_was_written_with_what_its_format_keeps(
             np.testing.assert_allclose(held, values, rtol=1e-6)
         else:
             assert held is None
+
+
+@pytest.mark.parametrize("kept", ["colours", "filled", "sigma"])
+@pytest.mark.parametrize("kind", [one for one in FORMATS if one.write], ids=lambda k: k.name)
+def test_a_format_says_of_each_vertex_what_it_writes(
+    tmp_path: Path, kind: Format, kept: Kept
+) -> None:
+    assert kind.write is not None
+    bare = Mesh(vertices_mm=VERTICES, faces=FACES.astype(np.int32))
+    values = {
+        "colours": np.full((8, 3), 90, np.uint8),
+        "filled": np.arange(8) % 3 == 0,
+        "sigma": np.full(8, 0.1, np.float32),
+    }[kept]
+    without = kind.write(bare, tmp_path / f"bare{kind.suffix}", "mm")
+    known = kind.write(replace(bare, **{_FIELDS[kept]: values}), tmp_path / f"a{kind.suffix}", "mm")
+    assert (known.read_bytes() != without.read_bytes()) == (kept in kind.keeps)
 
 
 _FIELDS: dict[Kept, str] = {
