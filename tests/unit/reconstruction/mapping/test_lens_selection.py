@@ -257,7 +257,6 @@ def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
     assert after.sigma_px < 1.1 * NOISE_PX
 
 
-@pytest.mark.slow
 def rolled(scene: Scene, turns: np.ndarray, longer: np.ndarray) -> Scene:
     """Photos whose camera turns (rad) from the first row to the last, with focal lengths of their
     own."""
