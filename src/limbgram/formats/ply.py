@@ -14,7 +14,7 @@ import math
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from jaxtyping import Shaped
@@ -55,16 +55,28 @@ _KINDS = {"colour": "u1", "mark": "u1", "number": "<f4"}
 """Types in which vertex fields are written."""
 
 
+class _Property(NamedTuple):
+    name: str
+    kind: str
+    """Type of its value, or of each value of a list."""
+    counted: str | None = None
+    """Type of the number of values that a list begins with; None for a single value."""
+
+
 @dataclass
 class _Element:
     name: str
     count: int
-    columns: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
-    """Names and types of single values."""
-    lists: list[tuple[str, str, str]] = field(default_factory=list[tuple[str, str, str]])
-    """Names, count types and value types; faces may have only one."""
-    behind: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
-    """Names and types of single values that follow a face's list."""
+    properties: list[_Property] = field(default_factory=list[_Property])
+
+    @property
+    def has_lists(self) -> bool:
+        return any(one.counted for one in self.properties)
+
+    @property
+    def corners_at(self) -> int:
+        """Number of the property that lists the corners of a face: the first list."""
+        return next(k for k, one in enumerate(self.properties) if one.counted)
 
 
 @dataclass
@@ -157,11 +169,9 @@ def _header(head: bytes) -> _Header:
             case ["property", "list", count, kind, name]:
                 if _TYPES[count][0] == "f":
                     raise ContentError("file.ply.list_of_fractions")
-                elements[-1].lists.append((name, _TYPES[count], _TYPES[kind]))
+                elements[-1].properties.append(_Property(name, _TYPES[kind], _TYPES[count]))
             case ["property", kind, name]:
-                last = elements[-1]
-                follows = last.lists and last.name == "face"
-                (last.behind if follows else last.columns).append((name, _TYPES[kind]))
+                elements[-1].properties.append(_Property(name, _TYPES[kind]))
             case [] | ["comment", *_] | ["obj_info", *_]:
                 pass
             case _:
@@ -183,13 +193,13 @@ def _counted(word: str) -> int:
 
 
 def _require_surface(header: _Header) -> None:
-    """Refuse a header without vertices, or without faces by one list."""
+    """Refuse a header without vertices, or without faces that list them."""
     if [element.name for element in header.elements[:2]] != ["vertex", "face"]:
         raise ContentError("file.ply.elements")
     vertex, face = header.elements[:2]
-    if vertex.lists or len(face.lists) != 1 or min(vertex.count, face.count) < 1:
+    if vertex.has_lists or not face.has_lists or min(vertex.count, face.count) < 1:
         raise ContentError("file.ply.form")
-    if face.lists[0][2][0] == "f":
+    if face.properties[face.corners_at].kind[0] == "f":
         raise ContentError("file.ply.vertex_in_fractions")
 
 
@@ -201,22 +211,11 @@ def _binary(header: _Header, body: bytes) -> _Read:
     rows = _vertex_rows(header, body)
     if len(rows) != vertex.count:
         raise ContentError("file.ply.ends_in_vertices")
-    leading = [(name, header.order + kind) for name, kind in face.columns]
-    (_, count_kind, kind) = face.lists[0]
-    head = np.dtype([*leading, ("count", header.order + count_kind)])
-    behind = [(f"behind {name}", header.order + kind) for name, kind in face.behind]
-    of_three = np.dtype([*head.descr, ("corners", header.order + kind, 3), *behind])
     rest = body[rows.nbytes :]
-    if face.count * head.itemsize > len(rest):
+    rows_of_faces = _FaceRows(rest, face, header.order)
+    if face.count * rows_of_faces.least_bytes > len(rest):
         raise ContentError("file.ply.ends_in_faces")
-    if len(rest) >= face.count * of_three.itemsize:
-        triangles = np.frombuffer(rest, of_three, face.count)
-        if (triangles["count"] == 3).all():
-            _require_end(rest[face.count * of_three.itemsize :], others)
-            return rows, triangles["corners"].astype(np.int64)
-    skipped = np.dtype(behind).itemsize
-    sides = np.dtype(header.order + kind)
-    found = _polygons(rest, face.count, head, sides, skipped, vertex.count)
+    found = rows_of_faces.triangles() or rows_of_faces.polygons(vertex.count)
     _require_end(rest[found.end :], others)
     return rows, found.corners
 
@@ -224,50 +223,91 @@ def _binary(header: _Header, body: bytes) -> _Read:
 def _vertex_rows(header: _Header, body: bytes) -> Shaped[np.ndarray, " n"]:
     """One record a vertex, as many as there are."""
     vertex = header.elements[0]
-    layout = np.dtype([(name, header.order + kind) for name, kind in vertex.columns])
+    layout = np.dtype([(one.name, header.order + one.kind) for one in vertex.properties])
     return np.frombuffer(body[: vertex.count * layout.itemsize], layout)
 
 
 def _require_end(left: bytes, others: list[_Element]) -> None:
     """Refuse a file whose data after the faces do not match its header."""
-    if any(element.lists for element in others):
+    if any(element.has_lists for element in others):
         return  # the lists would have to be read to know their length
-    sizes = (np.dtype([(name, kind) for name, kind in other.columns]).itemsize for other in others)
-    wanted = sum(other.count * size for other, size in zip(others, sizes, strict=True))
+    wanted = sum(
+        other.count * sum(np.dtype(one.kind).itemsize for one in other.properties)
+        for other in others
+    )
     if len(left) < wanted or left[wanted:].strip():
         raise ContentError("file.ply.behind_faces", bytes=len(left), wanted=wanted)
 
 
-@dataclass(frozen=True)
-class _Polygons:
-    corners: list[list[int]]
+class _Polygons(NamedTuple):
+    corners: list[list[int]] | np.ndarray
     end: int
     """Offset of the first byte after the last face."""
 
 
-def _polygons(
-    rest: bytes, count: int, head: np.dtype, kind: np.dtype, skipped: int, vertices: int
-) -> _Polygons:
-    """Faces with different numbers of corners, read one by one.
+@dataclass(frozen=True)
+class _FaceRows:
+    """The faces of a binary file, which may have other lists and values beside their corners."""
 
-    skipped: Bytes between a face's corners and the next face.
-    vertices: Number of vertices in the file.
-    """
-    corners: list[list[int]] = []
-    place = 0
-    for _ in range(count):
-        if place + head.itemsize > len(rest):
+    content: bytes
+    face: _Element
+    order: str
+
+    @property
+    def least_bytes(self) -> int:
+        """Bytes of a face all of whose lists are empty."""
+        return sum(np.dtype(one.counted or one.kind).itemsize for one in self.face.properties)
+
+    def triangles(self) -> _Polygons | None:
+        """All faces at once; None unless they are triangles, the other lists alike in length."""
+        lengths = [len(values) for values in self._row(0)[0]]
+        at, fields = self.face.corners_at, list[tuple[Any, ...]]()
+        for number, one in enumerate(self.face.properties):
+            if one.counted:
+                fields.append((f"count {number}", self.order + one.counted))
+            shape = (lengths[number],) if one.counted else ()
+            fields.append((f"value {number}", self.order + one.kind, shape))
+        layout = np.dtype(fields)
+        end = self.face.count * layout.itemsize
+        if lengths[at] != 3 or end > len(self.content):
+            return None
+        rows = np.frombuffer(self.content, layout, self.face.count)
+        for number, one in enumerate(self.face.properties):
+            if one.counted and (rows[f"count {number}"] != lengths[number]).any():
+                return None
+        return _Polygons(rows[f"value {at}"].astype(np.int64), end)
+
+    def polygons(self, vertices: int) -> _Polygons:
+        """Faces one by one, each with as many corners as it says.
+
+        vertices: Number of vertices in the file.
+        """
+        corners: list[list[int]] = []
+        place, at = 0, self.face.corners_at
+        for _ in range(self.face.count):
+            values, place = self._row(place)
+            require_corners(len(values[at]), vertices)
+            corners.append(values[at].tolist())
+        return _Polygons(corners, place)
+
+    def _row(self, place: int) -> tuple[list[np.ndarray], int]:
+        """The values of one face, and where the next one begins."""
+        found: list[np.ndarray] = []
+        for number, one in enumerate(self.face.properties):
+            length = 1
+            if one.counted:
+                length = int(self._values(one.counted, 1, place)[0])
+                place += np.dtype(one.counted).itemsize
+            if length < (3 if number == self.face.corners_at else 0):
+                raise ContentError("file.ply.face", corners=length)
+            found.append(self._values(one.kind, length, place))
+            place += found[-1].nbytes
+        return found, place
+
+    def _values(self, kind: str, length: int, place: int) -> np.ndarray:
+        if place + length * np.dtype(kind).itemsize > len(self.content):
             raise ContentError("file.ply.ends_in_faces")
-        number = int(np.frombuffer(rest, head, 1, place)["count"][0])
-        place += head.itemsize
-        if number < 3:
-            raise ContentError("file.ply.face", corners=number)
-        require_corners(number, vertices)
-        if place + number * kind.itemsize + skipped > len(rest):
-            raise ContentError("file.ply.ends_in_faces")
-        corners.append(np.frombuffer(rest, kind, number, place).tolist())
-        place += number * kind.itemsize + skipped
-    return _Polygons(corners, place)
+        return np.frombuffer(self.content, self.order + kind, length, place)
 
 
 def _text(header: _Header, body: bytes) -> _Read:
@@ -276,29 +316,48 @@ def _text(header: _Header, body: bytes) -> _Read:
     wanted = sum(element.count for element in header.elements)
     if len(lines) != wanted:
         raise ContentError("file.ply.lines", lines=len(lines), wanted=wanted)
-    words = [line.split(None, len(vertex.columns)) for line in lines[: vertex.count]]
-    if any(len(row) != len(vertex.columns) for row in words):
+    columns = [(one.name, one.kind) for one in vertex.properties]
+    words = [line.split(None, len(columns)) for line in lines[: vertex.count]]
+    if any(len(row) != len(columns) for row in words):
         raise ContentError("file.ply.vertex_numbers")
     table = np.array(words, np.float64)
-    wide = np.dtype([(name, "f8" if kind[0] == "f" else kind) for name, kind in vertex.columns])
+    wide = np.dtype([(name, "f8" if kind[0] == "f" else kind) for name, kind in columns])
     rows = np.zeros(vertex.count, wide)
-    for idx, (name, kind) in enumerate(vertex.columns):
+    for idx, (name, kind) in enumerate(columns):
         column = table[:, idx]
         if kind[0] != "f":
             _require_whole(column, kind, name)
         rows[name] = column
-    skipped, behind = len(face.columns), len(face.behind)
-    most = skipped + 1 + vertex.count + behind
-    faces = [line.split(None, most) for line in lines[vertex.count : vertex.count + face.count]]
-    require_corners(max(map(len, faces), default=0) - most + vertex.count, vertex.count)
-    listed = [row[skipped:] for row in faces]
-    if any(len(row) <= behind for row in listed):
-        raise ContentError("file.ply.face_numbers")
-    corners = [[int(word) for word in row[: len(row) - behind]] for row in listed]
-    for row in corners:
-        if not row or row[0] != len(row) - 1 or row[0] < 3:
+    faces = lines[vertex.count : vertex.count + face.count]
+    return rows, [_corners_in(line, face, vertex.count) for line in faces]
+
+
+def _corners_in(line: bytes, face: _Element, vertices: int) -> list[int]:
+    """The corners in the line of a face, whose other values and lists are passed over."""
+    corners: list[bytes] = []
+    for number, one in enumerate(face.properties):
+        length = 1
+        if one.counted:
+            (counted,), line = _words_taken(line, 1)
+            length = int(counted)
+        if length < (3 if number == face.corners_at else 0):
             raise ContentError("file.ply.face_count")
-    return rows, [row[1:] for row in corners]
+        if number == face.corners_at:
+            require_corners(length, vertices)
+            corners, line = _words_taken(line, length)
+        else:
+            _, line = _words_taken(line, length)
+    if line:
+        raise ContentError("file.ply.face_count")
+    return [int(word) for word in corners]
+
+
+def _words_taken(line: bytes, number: int) -> tuple[list[bytes], bytes]:
+    """So many words of a line, and what follows them."""
+    words = line.split(None, number)
+    if len(words) < number:
+        raise ContentError("file.ply.face_numbers")
+    return words[:number], words[number] if len(words) > number else b""
 
 
 def _require_whole(column: np.ndarray, kind: str, name: str) -> None:

@@ -266,6 +266,29 @@ def test_binary_values_behind_the_corners_are_passed_over(tmp_path: Path, quads:
             read(tmp_path, "b.ply", content[:-cut])
 
 
+@pytest.mark.parametrize("all_textured", [True, False])
+def test_texture_places_of_a_face_s_corners_are_passed_over(
+    tmp_path: Path, all_textured: bool
+) -> None:
+    """As MeshLab writes them: a second list, which is empty where a face has no texture."""
+    listed = "property list uchar int vertex_indices\n"
+    textured = f"{listed}property list uchar float texcoord\nproperty int texnumber\n"
+    places = [[0.5] * (6 if all_textured or k % 3 else 0) for k in range(len(FACES))]
+    rows, text = b"", PLY.replace(listed, textured)
+    for corners, uv in zip(FACES.tolist(), places, strict=True):
+        rows += struct.pack(f"<B3iB{len(uv)}fi", 3, *corners, len(uv), *uv, 0)
+        row = "3 " + " ".join(map(str, corners))
+        words = " ".join(map(str, [len(uv), *uv, 0]))
+        text = text.replace(f"\n{row}\n", f"\n{row} {words}\n")
+    binary = _binary_ply("uchar", rows).replace(listed.encode(), textured.encode())
+    plain = read(tmp_path, "a.ply", PLY).mesh
+    for content in (text, binary):
+        np.testing.assert_array_equal(read(tmp_path, "b.ply", content).mesh.faces, plain.faces)
+    for damage in (binary[:-1], text.replace(" 0\n", "\n", 1)):
+        with pytest.raises(ShapeFileError, match="no PLY file"):
+            read(tmp_path, "c.ply", damage)
+
+
 def sphere() -> Mesh:
     made = trimesh.creation.icosphere(subdivisions=2, radius=50)
     rng = np.random.default_rng(4)
