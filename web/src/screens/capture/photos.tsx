@@ -36,11 +36,7 @@ export function PhotoTile({ openCase, photo, said, number, on, onClick }: PhotoP
       aria-pressed={on}
       aria-label={`${number}: ${photo.name} ${remark}`}
     >
-      {film || unusable ? (
-        <Icon name="camera" />
-      ) : (
-        <img src={pictureOf(openCase.id, photo, 320)} alt="" loading="lazy" />
-      )}
+      {film || unusable ? <Icon name="camera" /> : <img src={pictureOf(openCase.id, photo, 320)} alt="" loading="lazy" />}
       <span>{bad && short ? `${number} ${short}` : number}</span>
     </button>
   );
