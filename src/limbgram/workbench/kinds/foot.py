@@ -488,7 +488,7 @@ KIND = Kind(
         Distance(
             name="truncated_length_mm",
             en="Truncated length, heel to first metatarsal head",
-            de="Rückfußlänge, Ferse bis Großzehenballen",
+            de="Verkürzte Fußlänge, Ferse bis Großzehenballen",
             start=_HEEL,
             end=_MT1,
             along="foot",
@@ -496,7 +496,7 @@ KIND = Kind(
         Share(
             name="navicular_height_per_cent",
             en="Height of the navicular over truncated length",
-            de="Höhe des Kahnbeins zu Rückfußlänge",
+            de="Höhe des Kahnbeins zu verkürzter Fußlänge",
             part="navicular_height_mm",
             whole="truncated_length_mm",
         ),
