@@ -334,7 +334,7 @@ def _text(header: _Header, body: bytes) -> _Read:
 
 def _corners_in(line: bytes, face: _Element, vertices: int) -> list[int]:
     """The corners in the line of a face, whose other values and lists are passed over."""
-    corners: list[bytes] = []
+    values: list[list[bytes]] = []
     for number, one in enumerate(face.properties):
         length = 1
         if one.counted:
@@ -344,12 +344,11 @@ def _corners_in(line: bytes, face: _Element, vertices: int) -> list[int]:
             raise ContentError("file.ply.face_count")
         if number == face.corners_at:
             require_corners(length, vertices)
-            corners, line = _words_taken(line, length)
-        else:
-            _, line = _words_taken(line, length)
+        taken, line = _words_taken(line, length)
+        values.append(taken)
     if line:
         raise ContentError("file.ply.face_count")
-    return [int(word) for word in corners]
+    return [int(word) for word in values[face.corners_at]]
 
 
 def _words_taken(line: bytes, number: int) -> tuple[list[bytes], bytes]:
