@@ -2,15 +2,17 @@
 
     python benchmarks/device_photos.py DATA -o benchmarks/results/device_photos.json
 
-A limb of exact landmarks (limbs.py) is painted, photographed by the project's own generator (upside
-down, on the end where it is cut) and reconstructed once. Its landmarks are laid on the surface with
-a stated error along it, drawn by 40 seeds; the angles of each draw, with their intervals, are held
-against those of the truth, and by how much each landmark turns them is told. With landmarks without
-error: lengths and girths; a joint turned as the workbench does it, against the same turn of the
-truth about the true axis, away from the band, and what of that the turn itself adds. At last a
-device is made of the first draw through the program's service, and its 3MF read back: the
-thickness, measured from the positive, against what was asked; PrusaSlicer. What stands in OUT is
-kept, and captures under --keep too, so that a run that was stopped goes on.
+A limb of exact landmarks (limbs.py) is painted, a magenta mark on each landmark, photographed by
+the project's own generator (upside down, on the end where it is cut) and reconstructed once. The
+marks are found in the photos; the angles by them, with their intervals, are held against those of
+the truth. Then the landmarks are laid on the surface with a stated error along it, drawn by 40
+seeds; the angles of each draw are held against the truth likewise, and by how much each landmark
+turns them is told. With landmarks without error: lengths and girths; a joint turned as the
+workbench does it, against the same turn of the truth about the true axis, away from the band, and
+what of that the turn itself adds. At last a device is made of the first draw through the program's
+service, and its 3MF read back: the thickness, measured from the positive, against what was asked;
+PrusaSlicer. What stands in OUT is kept, and captures under --keep too, so that a run that was
+stopped goes on.
 """
 
 import argparse
@@ -45,13 +47,23 @@ from limbgram.report.alignment import (
     signed_mm,
 )
 from limbgram.services.make_device import MakeDeviceRequest, make
-from limbgram.synthetic import BentShape, CaptureOptions, distance_for, make_capture, stage_truth
+from limbgram.synthetic import (
+    MAGENTA,
+    BentShape,
+    CaptureOptions,
+    SockSpot,
+    distance_for,
+    make_capture,
+    places_mm,
+    stage_truth,
+)
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.fill import Fill
 from limbgram.workbench.edits.repose import JointTurn, Repose
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
+from limbgram.workbench.marks import PaintedMark, find_painted_marks
 from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 from limbgram.workbench.recipe.file import encode_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
@@ -60,6 +72,8 @@ from limbs import body_of, ten_of, trunk_of
 DRAWS = 40
 PLACED_MM: Final = (0.5, 2.0)
 """Stated errors of landmarks: a small mark that was painted on the skin, and a click."""
+MARK_OFF_MM = 2.0
+"""A mark found farther than this from a landmark is not its mark."""
 WITHIN_DEG = 0.5
 WITHIN_MM = 0.3
 THICKNESS_MM = 0.05
@@ -84,6 +98,8 @@ class Case:
     turn: Repose
     device: str
     values: tuple[tuple[str, float], ...]
+    mark_mm: float = 6.0
+    """Diameter of the painted marks."""
 
 
 CASES: Final = (
@@ -122,6 +138,7 @@ CASES: Final = (
         turn=Repose(joint="side bend", by_deg=5.0, band_mm=60.0),
         device="tlso-front",
         values=(("wall_mm", 4.0), ("waist_strap_mm", 25.0)),  # as narrow as the trunk is small
+        mark_mm=9.0,
     ),
 )
 
@@ -171,8 +188,14 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
     skin = stage_truth(options).limb
     lift = np.array([0.0, 0.0, skin.base_mm])
     true_mesh = skin.mesh
-    nearest = tree_on(true_mesh).closest(np.stack(list(stood.places.values())) + lift)
-    true = dict(zip(stood.places, nearest.points_mm, strict=True))
+    options = replace(
+        options,
+        spots=tuple(
+            SockSpot(near_mm=tuple((place + lift).tolist()), diameter_mm=case.mark_mm)
+            for place in stood.places.values()
+        ),
+    )
+    true = dict(zip(stood.places, places_mm(skin, options.spots), strict=True))
     try:
         surface = _reconstructed(options, folder)
     except LimbgramError as refusal:
@@ -181,6 +204,7 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
     exact = _limb_of(case, true_mesh, true, None, stood.limb_from_world(lift))
     measured = _limb_of(case, mesh, surface.laid(true), 1e-3, stood.limb_from_world(lift))
     found["landmarks_off_mm"] = surface.off_mm(true)
+    found["marked"] = _marked(exact, surface, true)
     found["measures"] = _measures(exact, measured)
     found["angles"] = {f"{sigma:g} mm": _angles(exact, surface, true, sigma) for sigma in PLACED_MM}
     found["by_landmark"] = _by_landmark(exact)
@@ -257,6 +281,8 @@ class _Surface:
 
     mesh: Mesh
     figures: dict[str, Any]
+    marks: tuple[PaintedMark, ...]
+    """Found in the photos."""
 
     def laid(self, true: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The true landmarks on the surface."""
@@ -304,6 +330,11 @@ def _reconstructed(options: CaptureOptions, folder: Path) -> _Surface:
     measured = mesh.measured
     away_mm, seen = signed_mm(mesh.vertices_mm[measured], truth)
     write_limb(Limb(mesh=mesh), folder / "surface.ply")
+    placed = [done.photos.photos[k] for k in done.metric.scene.placed]
+    seen_marks = find_painted_marks(placed, done.metric.scene.views, done.mesh, MAGENTA)
+    marks = tuple(
+        replace(one, position_mm=fit.apply(one.position_mm[None])[0]) for one in seen_marks.marks
+    )
     figures = {
         "photos": options.photos,
         "placed": len(centres),
@@ -314,7 +345,7 @@ def _reconstructed(options: CaptureOptions, folder: Path) -> _Surface:
         "vertices": len(mesh),
         "reconstruct_cpu_s": round(time.process_time() - start),
     }
-    return _Surface(mesh, figures)
+    return _Surface(mesh, figures, marks)
 
 
 def _limb_of(
@@ -351,6 +382,46 @@ def _measures(exact: Limb, measured: Limb) -> dict[str, Any]:
             else {"true": true.value, "off": own.value - true.value, "sigma": own.sigma}
         )
     return found
+
+
+def _marked(exact: Limb, surface: _Surface, true: dict[str, np.ndarray]) -> dict[str, Any]:
+    """How well the painted marks were found, and the angles by them."""
+    marks: list[Landmark] = []
+    found: dict[str, Any] = {"missed": []}
+    for name, at in true.items():
+        away = {float(np.linalg.norm(one.position_mm - at)): one for one in surface.marks}
+        off_mm = min(away, default=np.inf)
+        if off_mm > MARK_OFF_MM:
+            found["missed"].append(name)
+            continue
+        mark = away[off_mm]
+        found[name] = {"off_mm": off_mm, "sigma_mm": mark.sigma_mm, "photos": len(mark.photos)}
+        marks.append(
+            Landmark(
+                name=name,
+                position_mm=mark.position_mm,
+                placed="painted",
+                sigma_mm=mark.sigma_mm,
+            )
+        )
+    names = tuple(one.name for one in exact.anatomy.kind.sheet if one.name.endswith("_deg"))
+    limb = replace(exact.with_mesh(surface.mesh), landmarks=tuple(marks))
+    own = {one.name: one.figure for one in measuring_sheet(limb, SheetOptions(only=names)).rows}
+    angles: dict[str, Any] = {}
+    for row in measuring_sheet(exact, SheetOptions(only=names)).rows:
+        figure = own.get(row.name)
+        if row.figure is None:
+            continue
+        if figure is None or figure.interval is None:
+            angles[row.name] = None
+            continue
+        off = figure.value - row.figure.value
+        angles[row.name] = {
+            "off_deg": off,
+            "sigma_deg": figure.sigma,
+            "held": bool(-figure.interval.above <= off <= figure.interval.below),
+        }
+    return {"marks": found, "angles": angles}
 
 
 def _angles(

@@ -16,11 +16,11 @@ photographed. With `--surface` the surface of a fault that `reconstruct` does no
 the row says within how much of it 95 % lies, by the truth and as stated. More than stated is a lie.
 The things photographed are three kinds of limb, a gauge cylinder, and feet, trunks and boxes
 (`shapes`). Sound captures from seed 1001 on are sparsely painted ones at full size (3.8 MP); faults
-from seed 2001 on are seen in 20 photos of 1.4 MP. `real` are sets of photographs of rigid things,
-whole and as people pass photos on: all that blames anything there is false. To bound the cost they
-are 1400 px long, and what is done to sizes, EXIF and files is done to every second photo.
-`clinic` has folders as they come: sizes, cuts and lenses
-mixed, bursts, films, stools, which are sound, and two limbs in one folder, which are refused.
+from seed 2001 on are seen in 20 photos of 1.4 MP, from 3001 on of 3.8 MP. `real` are sets of
+photographs of rigid things, whole and as people pass photos on: all that blames anything there is
+false. To bound the cost they are 1400 px long, and what is done to sizes, EXIF and files is done to
+every second photo. `clinic` has folders as they come: sizes, cuts and lenses mixed, bursts, films,
+stools, which are sound, and two limbs in one folder, which are refused.
 """
 
 import json
@@ -106,9 +106,11 @@ _FULL = replace(_SMALL, photos=15, width_px=2376, height_px=1584, mesh_step_mm=0
 _FULL_PHONE = replace(_FULL, width_px=2248, height_px=1686, distance_mm=500.0, lens=PHONE)
 _FIRST_SPARSE = 1001
 """Seed of the first sound capture at full size; those of smaller seeds stay what they were."""
-_SHARP = {"photos": 20, "width_px": 1360, "height_px": 1020, "mesh_step_mm": 1.0}
-_FIRST_SHARP = 2001
-"""Seed of the first captures with faults of more and sharper photos."""
+_SHARPER: dict[int, tuple[str, dict[str, Any]]] = {
+    3001: ("3.8 MP", {"width_px": 2248, "height_px": 1686}),
+    2001: ("1.4 MP", {"width_px": 1360, "height_px": 1020}),
+}
+"""Seed of the first captures with faults that are seen in 20 larger photos, and how large."""
 _SPARSE_SHARES = (0.08, 0.11, 0.15)
 """Of the surface, that paint covers."""
 _SIGMAS = {
@@ -338,13 +340,17 @@ def real_cases(folder: Path) -> Iterator[Case]:
 
 def fault_cases(seed: int) -> Iterator[Case]:
     """Every row of faults at three strengths: below, at and three times what matters."""
-    sharp = seed >= _FIRST_SHARP
+    sharper = next((one for first, one in _SHARPER.items() if seed >= first), None)
     for row, strengths in FAULTS.items():
         for strength, case in strengths.items():
-            made = None if case.made is None else replace(case.made, seed=seed)
-            if made is not None and sharp:
-                made = replace(made, **_SHARP)
-            told = f"{strength} at 1.4 MP" if sharp else strength
+            made, told = case.made, strength
+            if made is not None:
+                made = replace(made, seed=seed)
+            if sharper is not None:
+                size, of_photos = sharper
+                told = f"{strength} at {size}"
+                if made is not None:
+                    made = replace(made, photos=20, mesh_step_mm=1.0, **of_photos)
             yield replace(
                 case, name=f"{row}, {told}, seed {seed}", row=row, strength=told, made=made
             )

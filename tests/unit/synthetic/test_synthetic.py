@@ -14,7 +14,14 @@ from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief, make_limb
-from limbgram.synthetic.props.paint import Paint, Painting, SockSpot, bake
+from limbgram.synthetic.props.paint import (
+    MAGENTA,
+    Paint,
+    Painting,
+    SockSpot,
+    bake,
+    places_mm,
+)
 from limbgram.synthetic.truth import stage_truth, surface_points
 
 TINY = CaptureOptions(photos=4, width_px=240, height_px=160, calibration_photos=2, mesh_step_mm=3.0)
@@ -235,6 +242,21 @@ def test_a_spot_once_all_the_way_round_is_where_it_began() -> None:
         for around in (0.0, 1.0)
     )
     np.testing.assert_array_equal(begun, round_again)
+
+
+def test_a_spot_near_a_place_lies_there() -> None:
+    limb = make_limb(LimbKind.TRANSTIBIAL, 5, 2.0, 60.0)
+    row, column = len(limb.grid_mm) // 3, 11
+    beside = limb.grid_mm[row, column] + 0.3
+    spot = SockSpot(near_mm=tuple(beside.tolist()), diameter_mm=8.0)
+    (place,) = places_mm(limb, (spot,))
+    np.testing.assert_allclose(place, limb.grid_mm[row, column])
+    texture = bake(limb, Painting(Paint.NONE, 0.9, (spot,)), 5, 0.4)
+    fine = (len(texture) - 1) // (len(limb.grid_mm) - 1)
+    assert tuple(texture[row * fine, column * fine, :3]) == MAGENTA
+    painted = (texture[..., :3] == MAGENTA).all(2)
+    texels = np.argwhere(painted).mean(0) / fine
+    np.testing.assert_allclose(texels, (row, column), atol=0.2)
 
 
 def test_a_printed_sock_lies_round_the_limb_without_a_seam() -> None:

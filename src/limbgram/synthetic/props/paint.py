@@ -30,12 +30,15 @@ _GOLDEN = 0.381966
 class SockSpot:
     """A disc on the skin."""
 
-    around: float
+    around: float = 0.5
     """Share of the way round the limb, 0 to 1."""
-    height: float
+    height: float = 0.5
     """Share of the limb's height, 0 at the cut and 1 at the distal end."""
     colour: tuple[int, int, int] = MAGENTA
     diameter_mm: float = 9.0
+    near_mm: tuple[float, float, float] | None = None
+    """In place of these two, a place in the world: the chart's nearest one is the spot's. On a limb
+    that lies or is bent, a height is met more than once on the way along it."""
 
 
 def scattered_spots(count: int) -> tuple[SockSpot, ...]:
@@ -50,6 +53,10 @@ def scattered_spots(count: int) -> tuple[SockSpot, ...]:
 def chart_place(limb: Limb, spot: SockSpot) -> tuple[int, int]:
     """Row and column in the chart of the centre of a spot."""
     columns = limb.grid_mm.shape[1] - 1
+    if spot.near_mm is not None:
+        away = np.linalg.norm(limb.grid_mm[1:-1, :columns] - np.array(spot.near_mm), axis=2)
+        row, column = np.unravel_index(int(away.argmin()), away.shape)
+        return int(row) + 1, int(column)
     column = int(spot.around * columns) % columns
     skin = np.flatnonzero(np.diff(limb.grid_mm[:, column, 2]) > 0)
     heights = limb.grid_mm[skin, column, 2] - limb.base_mm
