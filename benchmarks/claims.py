@@ -275,8 +275,8 @@ def angles() -> str:
     cases = result("device_photos")["cases"]
     feet = [one for name, one in cases.items() if name.startswith("foot")]
     trunks = [one for name, one in cases.items() if name.startswith("trunk")]
-    heads = ("angle", "off (RMS), marks off by 0.5 mm", "by 2 mm", "± held, in draws",
-             "most sensitive to")  # fmt: skip
+    heads = ("angle", "off, marks painted and found in photos", "off (RMS), marks off by 0.5 mm",
+             "by 2 mm", "± held, in draws", "most sensitive to")  # fmt: skip
     rows = [
         (name.removesuffix("_deg").replace("_", " "), *_angle_cells(bodies, name))
         for bodies in (feet, trunks)
@@ -309,10 +309,13 @@ def _lengths_at(width_px: int, feet: Sequence[Json]) -> str:
 
 def _angle_cells(bodies: Sequence[Json], name: str) -> Sequence[str]:
     """Of one angle: errors of the bodies, how often its interval held, its worst landmark."""
+    marked = [one["marked"]["angles"][name] for one in bodies if "marked" in one]
+    off = [abs(one["off_deg"]) for one in marked if one]
     drawn = [marks[name] for one in bodies for marks in one["angles"].values()]
     slopes = [(slope, mark) for one in bodies for mark, slope in one["by_landmark"][name].items()]
     slope, mark = max(slopes)
     return (
+        _range(off, 2) + " degrees" if off else "not measured",
         *(
             _range([one["angles"][by][name]["rms_deg"] for one in bodies]) + " degrees"
             for by in ("0.5 mm", "2 mm")
