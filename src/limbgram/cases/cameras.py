@@ -216,11 +216,15 @@ class Cameras:
 def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> Finding | None:
     """Why photos cannot be of these cameras, by their size and headers; None where they can.
 
-    A few of the photos, evenly spread, are checked.
+    A few of the photos, evenly spread, are checked: all files of their shots, of which one is used.
     """
-    step = max(1, -(-len(photos) // _PHOTOS_CHECKED))
+    shots: dict[str, list[Path]] = {}
+    for file in photos:
+        shots.setdefault(file.stem.casefold(), []).append(file)
+    step = max(1, -(-len(shots) // _PHOTOS_CHECKED))
+    checked = [file for shot in [*shots.values()][::step] for file in shot]
     try:
-        found = read_photos(photos[::step], PhotoOptions(min_photos=1))
+        found = read_photos(checked, PhotoOptions(min_photos=1))
         return contradicting_exif(found, cameras_for(found, given))
     except CalibrationError as error:
         return error.finding

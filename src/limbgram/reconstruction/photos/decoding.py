@@ -383,6 +383,7 @@ def read_exif(picture: Image.Image) -> Exif:
         digital_zoom=_digital_zoom(_positive_number(details.get(Base.DigitalZoomRatio))),
         aperture=_positive_number(details.get(Base.FNumber)),
         subject_m=_positive_number(details.get(Base.SubjectDistance)),
+        taken=_moment(details),
         quarter_turns=turns,
         mirrored=mirrored,
     )
@@ -420,6 +421,15 @@ def _film_focal_mm(value: object) -> float | None:
 def _digital_zoom(zoom: float | None) -> float | None:
     """Digital zoom; None for 1, and for the 0 that some cameras write instead."""
     return zoom if zoom is not None and abs(zoom - 1.0) > 1e-3 else None
+
+
+def _moment(details: Mapping[int, object]) -> str | None:
+    """Date and time with its fraction; None of a camera whose clock was never set."""
+    second = _printable_text(details.get(Base.DateTimeOriginal))
+    if second is None or not second.strip("0: "):
+        return None
+    fraction = _printable_text(details.get(Base.SubsecTimeOriginal))
+    return second if fraction is None else f"{second}.{fraction}"
 
 
 def _orientation_of(value: object) -> int:

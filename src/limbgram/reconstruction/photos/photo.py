@@ -33,6 +33,8 @@ class Exif:
     aperture: float | None = None
     subject_m: float | None = None
     """Distance at which the lens says that it was focused."""
+    taken: str | None = None
+    """When, by the camera's own clock, to the fraction of a second that it tells."""
     quarter_turns: int = 0
     """Clockwise quarter turns that show the stored pixels upright."""
     mirrored: bool = False

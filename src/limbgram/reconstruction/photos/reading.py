@@ -9,7 +9,7 @@ Method  Every picture is decoded once, because only that shows a cut-off file. C
         one file, `photo_set` puts all together.
         Photos are identified by name afterwards. Where two folders hold photos of one name, as
         cameras with the same numbering write them, names begin with the folder's:
-        100APPLE_IMG_0001.JPG.
+        100APPLE_IMG_0001.JPG. Of several files of one shot one is used (`shots`).
 Fails   PhotoError: a source does not exist, or fewer than two photos are left.
 """
 
@@ -58,6 +58,7 @@ from limbgram.reconstruction.photos.photo import (
 )
 from limbgram.reconstruction.photos.quality import assessed, files_by_kind, name_for_people
 from limbgram.reconstruction.photos.raw import HAS_RAW, NO_RAW, RAW_SUFFIXES
+from limbgram.reconstruction.photos.shots import one_of_each_shot
 
 
 def grouped_by_camera(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSet:
@@ -74,7 +75,7 @@ def grouped_by_camera(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) 
                 label=_camera_label(exif),
                 width_px=width_px,
                 height_px=height_px,
-                exif=replace(exif, quarter_turns=0, mirrored=False),
+                exif=replace(exif, quarter_turns=0, mirrored=False, taken=None),
             )
     order = {key: index for index, key in enumerate(groups)}
     return PhotoSet(
@@ -196,9 +197,10 @@ def photo_set(candidates: Candidates, read: Sequence[Photo | SetAside]) -> Photo
         for candidate, result in zip(candidates.photos, read, strict=True)
     ]
     photos, repeated = _without_repeats(result for result in named if isinstance(result, Photo))
+    photos, unused = one_of_each_shot(photos)
     photos, bad_masks = _without_bad_masks(photos)
     faulty = [result for result in named if isinstance(result, SetAside)]
-    set_aside = (*candidates.set_aside, *faulty, *repeated, *bad_masks)
+    set_aside = (*candidates.set_aside, *faulty, *repeated, *unused, *bad_masks)
     return grouped_by_camera(_at_common_bit_depth(photos), set_aside)
 
 

@@ -22,14 +22,13 @@ def write_photo(tmp_path: Path) -> Writer:
         exif[0x0112] = tags.get("orientation", 1)
         details = exif.get_ifd(0x8769)
         details[0x920A] = tags.get("focal_mm", 50.0)
-        for tag, value in (("lens", 0xA434), ("film_mm", 0xA405), ("zoom", 0xA404)):
+        named = {"lens": 0xA434, "film_mm": 0xA405, "zoom": 0xA404, "serial": 0xA431}
+        for tag, value in (named | {"taken": 0x9003, "fraction": 0x9291}).items():
             if tag in tags:
                 details[value] = tags[tag]
-        if "serial" in tags:
-            details[0xA431] = tags["serial"]
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        picture.save(path, exif=exif)
+        picture.save(path, exif=exif.tobytes())  # else a TIFF lacks the details
         return path
 
     return write

@@ -40,6 +40,17 @@ def test_a_raw_file_is_developed_in_the_sensor_s_frame(tmp_path: Path, orientati
 
 
 @needs_rawpy
+def test_a_raw_file_and_its_jpeg_are_one_photo(tmp_path: Path, write_photo: Writer) -> None:
+    for k in (1, 2):
+        write_dng(tmp_path / f"IMG_{k}.DNG", smooth_scene(k))
+        write_photo(f"IMG_{k}.JPG", k, size=(316, 236), taken="2026:03:01 10:00:07")
+    photos = read_photos([tmp_path])
+    assert photos.names == ("IMG_1.DNG", "IMG_2.DNG")
+    assert len(photos.cameras) == 1
+    assert [one.name for one in photos.set_aside] == ["IMG_1.JPG", "IMG_2.JPG"]
+
+
+@needs_rawpy
 def test_photos_of_one_capture_are_not_brightened_each_for_itself(tmp_path: Path) -> None:
     scene = smooth_scene()
     write_dng(tmp_path / "1.dng", scene)

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image, ImageOps
 
 from limbgram.core.errors import OptionsError, PhotoError
-from limbgram.findings import told
+from limbgram.findings import note, told
 from limbgram.reconstruction.calibration.cameras import cameras_for
 from limbgram.reconstruction.photos.decoding import halvings_to, load_colour, load_luma
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
@@ -338,6 +338,75 @@ def test_a_file_that_is_named_twice_is_one_photo(write_photo: Writer, tmp_path: 
     photos = read_photos([tmp_path / "a", first, tmp_path / "link"])
     assert photos.names == ("1.jpg", "2.jpg")
     assert photos.set_aside == ()
+
+
+MOMENT = "2026:03:01 10:00:07"
+
+
+def test_two_files_of_one_shot_are_one_photo(write_photo: Writer, tmp_path: Path) -> None:
+    for k in (1, 2):
+        write_photo(f"IMG_{k}.JPG", k, size=(116, 86), taken=MOMENT)
+        write_photo(f"IMG_{k}.TIF", k, taken=MOMENT, fraction="25")  # some leave out the fraction
+    photos = read_photos([tmp_path])
+    assert photos.names == ("IMG_1.TIF", "IMG_2.TIF")  # the larger ones
+    assert len(photos.cameras) == 1
+    assert [(one.name, one.reason) for one in photos.set_aside] == [
+        (f"IMG_{k}.JPG", note("photo.same_shot", used=f"IMG_{k}.TIF")) for k in (1, 2)
+    ]
+
+
+def test_of_each_shot_the_kind_of_file_is_used_that_most_photos_are(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    for k in (1, 2, 3):
+        write_photo(f"IMG_{k}.JPG", k, size=(116, 86))
+    write_photo("img_2.tif", 2)
+    photos = read_photos([tmp_path])
+    assert photos.names == ("IMG_1.JPG", "IMG_2.JPG", "IMG_3.JPG")
+    assert [one.name for one in photos.set_aside] == ["img_2.tif"]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"taken": "2026:03:01 10:00:08", "fraction": "25"},
+        {"taken": MOMENT, "fraction": "75"},
+        {"model": "Model 2"},
+        {"serial": "7654321"},
+    ],
+)
+def test_files_of_one_name_that_state_another_camera_or_time_are_two_photos(
+    write_photo: Writer, tmp_path: Path, other: dict[str, str]
+) -> None:
+    write_photo("1.jpg", 1, serial="1234567", taken=MOMENT, fraction="25")
+    write_photo("1.tif", 2, **{"serial": "1234567", "taken": MOMENT, "fraction": "25"} | other)
+    assert read_photos([tmp_path]).names == ("1.jpg", "1.tif")
+
+
+@pytest.mark.parametrize(
+    ("raw", "jpeg", "count"),
+    [
+        ({"serial": "1234567", "taken": MOMENT}, {"serial": "1234567", "taken": MOMENT}, 1),
+        ({"taken": MOMENT}, {"taken": MOMENT}, 2),  # of two phones of one model, perhaps
+        ({"serial": "1234567"}, {"serial": "1234567"}, 2),
+        ({"serial": "1234567", "taken": "0000:00:00 00:00:00"}, {"serial": "1234567"}, 2),
+    ],
+)
+def test_of_two_folders_only_the_same_camera_and_time_prove_one_shot(
+    write_photo: Writer,
+    tmp_path: Path,
+    raw: dict[str, str],
+    jpeg: dict[str, str],
+    count: int,
+) -> None:
+    write_photo("A/IMG_1.TIF", 1, **raw)
+    write_photo("B/IMG_1.JPG", 2, **jpeg)
+    write_photo("B/IMG_2.JPG", 3, **jpeg)
+    assert len(read_photos([tmp_path / "A", tmp_path / "B"]).photos) == count + 1
+    # and so where both lie in one folder, named as a zip or a case names them
+    for name in ("A/IMG_1.TIF", "B/IMG_1.JPG", "B/IMG_2.JPG"):
+        (tmp_path / name).rename(tmp_path / name.replace("/", "_"))
+    assert len(read_photos([tmp_path]).photos) == count + 1
 
 
 def test_a_photo_keeps_its_own_mask_where_folders_share_names(
