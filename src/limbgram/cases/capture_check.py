@@ -25,8 +25,8 @@ from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.masks import (
     find_mask,
-    held_upright,
     load_mask,
+    mask_as_png,
     no_mask_fits,
     require_masks_folder,
 )
@@ -296,6 +296,5 @@ def _reduced_mask(photo: Photo, place: Path, size: tuple[int, int]) -> Path | No
         return None
     white = cv2.resize(mask.astype(np.uint8) * 255, size, interpolation=cv2.INTER_AREA)
     path = place.with_suffix(".mask.png")
-    levels = held_upright(np.asarray(white) > 0, photo.exif).astype(np.uint8) * 255
-    path.write_bytes(cv2.imencode(".png", levels)[1].tobytes())
+    path.write_bytes(mask_as_png(np.asarray(white) > 0, photo.exif))
     return path

@@ -2,7 +2,8 @@
 
 In      a finished case: its photos, their poses, and its surface.
 Out     FOLDER/NAME.png for every placed photo NAME: white is the limb, black is the rest, as large
-        as the photo, and upright as the photo is seen; FOLDER/at-a-glance.jpg shows all of them.
+        as the photo, and upright or broad as it is seen, as paint programs want it; of a photo that
+        is stored turned by half it lies as stored. FOLDER/at-a-glance.jpg shows all of them.
         `reconstruct --masks FOLDER` takes them, as they are or corrected in any paint program.
 Method  the surface as each photo sees it, its holes filled, and a margin round it, so that the
         limb's own edge is never lost.
@@ -29,7 +30,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.photos.decoding import halvings_to, load_colour
-from limbgram.reconstruction.photos.masks import held_upright, upright
+from limbgram.reconstruction.photos.masks import mask_as_png, upright
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.report.drawings.shading import rasterise
 
@@ -85,8 +86,7 @@ def write_masks(case: CaseFolder, folder: Path, run: Run, margin_mm: float) -> M
         mask = mask_of(mesh, scene.view(idx), margin_mm)
         if not mask.any():
             return None
-        levels = held_upright(mask, photo.exif).astype(np.uint8) * 255  # as paint programs want it
-        Image.fromarray(levels).save(beside / names[photo.name], "PNG")
+        (beside / names[photo.name]).write_bytes(mask_as_png(mask, photo.exif))
         return photo.name, _thumb(photo, mask)
 
     def draw_all() -> list[tuple[str, ColourImage] | None]:

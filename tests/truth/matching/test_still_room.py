@@ -42,7 +42,7 @@ def test_the_room_goes_and_the_limb_stays(turntable: Capture) -> None:
         mask = read_mask(path, photo.width_px, photo.height_px, photo.exif)
         assert not isinstance(mask, Finding)
         x, y = np.rint(keypoints.xy_px).astype(int).T
-        limb = mask[y.clip(0, 399), x.clip(0, 599)]
+        limb = mask.pixels[y.clip(0, 399), x.clip(0, 599)]
         on_limb.append(flags[limb].mean())
         in_room.append(flags[~limb & (x < 120)].mean())  # the strip on the left
     assert max(on_limb) < 0.03

@@ -1,26 +1,33 @@
 """Masks: pictures beside the photos that say which pixels to use (white) and which not (black).
 
-A photo's mask is NAME.png or NAME.jpg.png beside it or in a subfolder `masks`. It has the size
-of the stored photo, or of the photo held upright, and is then turned back to the sensor's frame.
+A photo's mask is NAME.png or NAME.jpg.png beside it or in a subfolder `masks`. It was drawn on the
+photo as stored, or as seen, upright; then it is turned back to the sensor's frame. An orientation
+in its own header tells which, else its size. Half a turn and a swap of sides keep the size: there
+it counts as drawn on the stored photo, and `mask_notes` names it.
 A photo that was cut out, on transparent ground, is a mask of itself.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TypeVar, cast
 
 import numpy as np
 from jaxtyping import Bool, UInt8
 from PIL import Image
+from PIL.ExifTags import Base
+from PIL.PngImagePlugin import PngInfo
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import Mask
-from limbgram.findings import Finding, fault, note
+from limbgram.findings import Finding, doubt, fault, note
 from limbgram.reconstruction.photos.decoding import (
     DECODING_FAULTS,
     decoding_fault,
     gone_error,
     open_picture,
+    read_exif,
 )
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, first_of
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
@@ -28,6 +35,9 @@ from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
 MASKS_FOLDER = "masks"
 _LEAST_COLOUR_DIFFERENCE = 24
 """Difference of two colour channels above which a picture is no mask."""
+_LIES = "limbgram"
+"""Keyword in the header of masks that the program wrote; its text is how they lie."""
+_AS_STORED, _AS_SEEN = "as its photo is stored", "as its photo is seen"
 Picture = TypeVar("Picture", bound=np.ndarray)
 
 
@@ -46,7 +56,7 @@ def load_mask(photo: Photo) -> Mask | None:
         raise _mask_gone_error(photo) from fault
     if isinstance(mask, Finding):
         raise _mask_gone_error(photo)
-    return mask if opacity_mask is None else mask & opacity_mask
+    return mask.pixels if opacity_mask is None else mask.pixels & opacity_mask
 
 
 def _opacity_mask(photo: Photo) -> Mask:
@@ -110,12 +120,22 @@ def no_mask_fits(folder: Path, photo: Path) -> PhotoError:
     return PhotoError("photo.mask.none_fits", folder=str(folder), photo=photo.name, stem=photo.stem)
 
 
-def held_upright(mask: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
-    """A mask in the sensor's frame as it is saved, upright; `read_mask` turns it back.
+def mask_as_png(mask: Mask, exif: Exif) -> bytes:
+    """A mask in the sensor's frame as a file, held upright; `read_mask` turns it back.
 
-    Half a turn is left out: the size of a file shows only quarter turns.
+    Half a turn and a swap of sides are left out, which the file says.
     """
-    return mask if exif.quarter_turns % 2 == 0 else upright(mask, exif)
+    lies = _lies(exif)
+    levels = (upright(mask, exif) if lies == _AS_SEEN else mask).astype(np.uint8) * 255
+    header, stream = PngInfo(), BytesIO()
+    header.add_text(_LIES, lies)
+    Image.fromarray(levels).save(stream, "PNG", pnginfo=header)
+    return stream.getvalue()
+
+
+def _lies(exif: Exif) -> str:
+    """How the program's own mask of a photo lies."""
+    return _AS_SEEN if exif.quarter_turns % 2 == 1 else _AS_STORED
 
 
 def upright(picture: Picture, exif: Exif) -> Picture:
@@ -124,11 +144,21 @@ def upright(picture: Picture, exif: Exif) -> Picture:
     return cast(Picture, np.ascontiguousarray(np.rot90(stored, -exif.quarter_turns)))
 
 
-def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | Finding:
+@dataclass(frozen=True)
+class ReadMask:
+    """A mask in the sensor's frame."""
+
+    pixels: Mask
+    told: bool
+    """Whether its header or size tells how it lies on its photo, or it is the same either way."""
+
+
+def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> ReadMask | Finding:
     """A mask in the sensor's frame, or why the file is none. Raises one of DECODING_FAULTS."""
+    turned = exif.quarter_turns % 2 == 1
     with Image.open(path, formats=("PNG",)) as picture:
-        is_upright = exif.quarter_turns % 2 == 1 and picture.size == (height_px, width_px)
-        if picture.size != (width_px, height_px) and not is_upright:
+        as_seen = turned and picture.size == (height_px, width_px)
+        if picture.size != (width_px, height_px) and not as_seen:
             return fault(
                 "photo.mask.size",
                 width_px=picture.width,
@@ -137,33 +167,45 @@ def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | F
                 photo_height_px=height_px,
             )
         levels = _levels(picture)
+        said = picture.info.get(_LIES) == _lies(exif)
+        own = read_exif(picture) if Base.Orientation in picture.getexif() else None
     if isinstance(levels, Finding):
         return levels
     mask = _binarised(levels)
     if not mask.any():
         return fault("photo.mask.black")
-    return np.ascontiguousarray(_to_sensor_frame(mask, exif) if is_upright else mask)
+    seen = _to_sensor_frame(mask, exif)
+    if own is not None and not said:
+        by_header = _to_sensor_frame(upright(mask, own), exif)
+        if by_header.shape == (height_px, width_px):
+            return ReadMask(by_header, told=True)
+    by_size = turned and width_px != height_px
+    told = said or by_size or np.array_equal(mask, seen)
+    return ReadMask(seen if as_seen else mask, told)
 
 
-def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> Finding | None:
-    """Why a mask cannot be used; None where it can."""
+def checked_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> ReadMask | Finding:
+    """A mask in the sensor's frame, or why it cannot be used."""
     try:
-        mask = read_mask(path, width_px, height_px, exif)
+        return read_mask(path, width_px, height_px, exif)
     except DECODING_FAULTS as error:
         return decoding_fault(path, error)
-    return mask if isinstance(mask, Finding) else None
 
 
 def mask_notes(photos: PhotoSet) -> tuple[Finding, ...]:
-    """How many photos have masks, and which have none; nothing where none has one."""
+    """How many photos have masks, which have none, and which masks may lie otherwise; nothing where
+    no photo has one."""
     without_mask = [one.name for one in photos.photos if not one.masked]
     count = len(photos.photos)
     if len(without_mask) == count:
         return ()
+    untold = [one.name for one in photos.photos if not one.mask_told]
+    doubts = (doubt("photo.mask.as_stored", **first_of(untold)),) if untold else ()
     if not without_mask:
-        return (note("photo.mask.all", photos=count),)
+        return (note("photo.mask.all", photos=count), *doubts)
     masked = count - len(without_mask)
-    return (note("photo.mask.some", masked=masked, photos=count, **first_of(without_mask)),)
+    some = note("photo.mask.some", masked=masked, photos=count, **first_of(without_mask))
+    return (some, *doubts)
 
 
 def _png_named(base: Path) -> Path | None:
@@ -193,7 +235,7 @@ def _levels(picture: Image.Image) -> np.ndarray | Finding:
 def _to_sensor_frame(upright: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
     """An upright mask in the sensor's frame: the inverse of `upright`."""
     stored = np.rot90(upright, exif.quarter_turns)
-    return stored[:, ::-1] if exif.mirrored else stored
+    return np.ascontiguousarray(stored[:, ::-1] if exif.mirrored else stored)
 
 
 def _mask_gone_error(photo: Photo) -> PhotoError:

@@ -58,6 +58,8 @@ class Photo:
     camera_idx: int
     """Group of photos from one camera at one size (`PhotoSet.cameras`)."""
     mask_path: Path | None = None
+    mask_told: bool = True
+    """False where the mask may have been drawn on the photo as stored or as seen."""
     cut_out: bool = False
     """Whether its own opacity hides a part of it (`photos.masks.load_mask`)."""
     bits: int | None = None

@@ -40,9 +40,9 @@ from limbgram.reconstruction.photos.decoding import (
     read_exif,
 )
 from limbgram.reconstruction.photos.masks import (
+    checked_mask,
     find_mask,
     load_mask,
-    mask_fault,
     mask_in,
     masks_among,
     opacity_of,
@@ -212,7 +212,7 @@ def with_masks_in(photos: PhotoSet, folder: Path) -> PhotoSet:
     """
     require_masks_folder(folder)
     named = [
-        replace(one, mask_path=mask_in(folder.absolute(), one.path, one.name))
+        replace(one, mask_path=mask_in(folder.absolute(), one.path, one.name), mask_told=True)
         for one in photos.photos
     ]
     kept, bad_masks = _without_bad_masks(named)
@@ -393,11 +393,14 @@ def _without_bad_masks(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAs
     set_aside: list[SetAside] = []
     for photo in photos:
         path = photo.mask_path
-        reason = path and mask_fault(path, photo.width_px, photo.height_px, photo.exif)
-        if path and reason:
-            unusable = fault("photo.mask.unusable", photo=photo.name, reason=reason)
-            set_aside.append(SetAside(path.name, unusable))
-            photo = replace(photo, mask_path=None)
+        if path is not None:
+            found = checked_mask(path, photo.width_px, photo.height_px, photo.exif)
+            if isinstance(found, Finding):
+                unusable = fault("photo.mask.unusable", photo=photo.name, reason=found)
+                set_aside.append(SetAside(path.name, unusable))
+                photo = replace(photo, mask_path=None)
+            else:
+                photo = replace(photo, mask_told=found.told)
         kept.append(photo)
     return kept, set_aside
 

@@ -1,6 +1,7 @@
 """Masks: found by name, checked, and brought to the sensor's frame."""
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from PIL import Image, ImageOps
 
 from limbgram.core.errors import PhotoError
 from limbgram.findings import note, told
-from limbgram.reconstruction.photos.masks import held_upright, load_mask, mask_notes, upright
+from limbgram.reconstruction.photos.masks import load_mask, mask_as_png, mask_notes, upright
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.photos.reading import read_photos, with_masks_in
 
@@ -63,7 +64,56 @@ def test_a_mask_drawn_upright_is_turned_back(
     photo = read_photos([tmp_path]).photos[0]
     mask = load_mask(photo)
     np.testing.assert_array_equal(mask, corner_mask(120, 90) > 0)
-    np.testing.assert_array_equal(held_upright(corner_mask(120, 90) > 0, photo.exif), upright > 127)
+    written = Image.open(BytesIO(mask_as_png(corner_mask(120, 90) > 0, photo.exif)))
+    np.testing.assert_array_equal(np.asarray(written), upright)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("size_px", [(120, 90), (90, 90)])
+def test_the_orientation_in_a_mask_s_header_tells_how_it_lies(
+    write_photo: Writer, tmp_path: Path, orientation: int, size_px: tuple[int, int]
+) -> None:
+    """Drawn on the photo as stored, whose orientation it keeps, or as seen, which is upright."""
+    stored = corner_mask(*size_px)
+    header = Image.Exif()
+    for k, (pixels, own) in enumerate(
+        [(stored, orientation), (as_people_see(stored, orientation), 1)], 1
+    ):
+        write_photo(f"{k}.jpg", k, size_px, orientation=orientation)
+        header[0x0112] = own
+        Image.fromarray(pixels).save(tmp_path / f"{k}.png", exif=header)
+    photos = read_photos([tmp_path])
+    for photo in photos.photos:
+        np.testing.assert_array_equal(load_mask(photo), stored > 0)
+    assert mask_notes(photos) == (note("photo.mask.all", photos=2),)
+
+
+@pytest.mark.parametrize(
+    ("orientation", "size_px", "told"),
+    [(1, (120, 90), True), (6, (120, 90), True), (6, (90, 90), False)]
+    + [(k, (120, 90), False) for k in (2, 3, 4)],
+)
+def test_a_mask_is_named_that_may_lie_either_way(
+    write_photo: Writer, tmp_path: Path, orientation: int, size_px: tuple[int, int], told: bool
+) -> None:
+    for k in (1, 2, 3):
+        write_photo(f"{k}.jpg", k, size_px, orientation=orientation)
+    seen = as_people_see(corner_mask(*size_px), orientation)
+    Image.fromarray(seen).save(tmp_path / "1.png")
+    same = np.full_like(seen, 255)
+    same[10:-10, 10:-10] = 0  # the same turned and mirrored
+    Image.fromarray(same).save(tmp_path / "2.png")
+    exif = read_photos([tmp_path]).photos[2].exif
+    (tmp_path / "3.png").write_bytes(mask_as_png(corner_mask(*size_px) > 0, exif))
+    photos = read_photos([tmp_path])
+    np.testing.assert_array_equal(load_mask(photos.photos[2]), corner_mask(*size_px) > 0)
+    doubts = [one for one in mask_notes(photos) if one.code == "photo.mask.as_stored"]
+    assert [one.values["names"] for one in doubts] == ([] if told else [("1.jpg",)])
+    masks = tmp_path / "elsewhere"
+    masks.mkdir()
+    assert all(one.mask_told for one in with_masks_in(photos, masks).photos)
+    (tmp_path / "1.png").rename(masks / "1.png")
+    assert [one.mask_told for one in with_masks_in(photos, masks).photos] == [told, True, True]
 
 
 def cut_out(tmp_path: Path, name: str, seed: int, ground: int = 255) -> np.ndarray:
