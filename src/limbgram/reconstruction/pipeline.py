@@ -23,6 +23,7 @@ from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     Cameras,
     cameras_for,
+    of_one_file,
     without_files,
 )
 from limbgram.reconstruction.dense.estimation import estimate_depth
@@ -528,6 +529,7 @@ def with_files_that_fit(
     """Photos placed with the camera files given, but those that they contradict as a fact.
 
     A file of another focal length bends the scene, and all sigmas that rest on it are too small.
+    It is left out for photos of every size: few of one size may not contradict it by themselves.
 
     Raises:
         PlacementError: `place` raised it, or without that file the photos cannot be placed.
@@ -536,12 +538,16 @@ def with_files_that_fit(
     facts = files_contradicted(placed.placing.scene)
     if not facts or placed.placing.lenses is not None:  # with the file the photos told of a zoom
         return placed
-    wrong = tuple(sorted({photos.photos[one.photos[0]].camera_idx for one in facts}))
+    files = cameras.calibrations
+    told = [files[photos.photos[one.photos[0]].camera_idx] for one in facts]
+    wrong = tuple(
+        k for k, file in enumerate(files) if any(of_one_file(file, other) for other in told)
+    )
     try:
         freed = place(run(without_files, cameras, photos.cameras, wrong))
     except (MatchingError, PlacementError) as refusal:
-        told = lenses_told(placed.placing.scene, placed.cameras, photos)
-        foreign = next(one for one in told if one.code == "lens.foreign")
+        findings = lenses_told(placed.placing.scene, placed.cameras, photos)
+        foreign = next(one for one in findings if one.code == "lens.foreign")
         raise PlacementError.of(foreign) from refusal
     scene = freed.placing.scene
     explained = replace(scene, lens_explanations=(*facts, *scene.lens_explanations))

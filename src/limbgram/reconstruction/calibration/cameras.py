@@ -32,6 +32,7 @@ from limbgram.core.geometry.lens import (
     IN_PIXELS,
     LENS_SIZE,
     PARAMETERS,
+    RADIAL,
     Camera,
 )
 from limbgram.findings import Finding, fault
@@ -214,6 +215,15 @@ def from_exif(group: CameraGroup) -> Calibration:
         digital_zoom=group.exif.digital_zoom,
         body=group.exif.body,
     )
+
+
+def of_one_file(one: Calibration, other: Calibration) -> bool:
+    """Whether two groups have their lens from one camera file, perhaps at two sizes.
+
+    What has no unit stays as it is where pictures are reduced or turned.
+    """
+    radial = one.camera.packed[RADIAL], other.camera.packed[RADIAL]
+    return one.source == other.source == "board" and np.array_equal(*radial)
 
 
 @dataclass(frozen=True)

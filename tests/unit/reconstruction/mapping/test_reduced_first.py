@@ -12,7 +12,12 @@ from limbgram.core.errors import MatchingError, PlacementError
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.core.run import Run
 from limbgram.findings import note
-from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, from_exif
+from limbgram.reconstruction.calibration.cameras import (
+    Calibration,
+    Cameras,
+    cameras_for,
+    from_exif,
+)
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import LimbGroups
@@ -195,6 +200,37 @@ def test_a_camera_file_is_left_out_where_the_photos_contradict_it_as_a_fact(
     assert [one.calibrations[0].source for one in tried] == camera_files
     assert found.placing.scene.lens_explanations == (shown,)  # said either way
     assert found.cameras.calibrations[0].instead_of == (given if told else None)
+
+
+def test_a_camera_file_is_left_out_for_every_size_of_its_photos(ring: Scene) -> None:
+    """Two photos of half the size kept a focal length that was 3 % too long."""
+    lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=749.5, cy=499.5, k1=-0.05)
+    exact = np.zeros((LENS_SIZE, LENS_SIZE))
+    given = Calibration(camera=lens, covariance=exact, source="board", label="A")
+    other = replace(given, camera=replace(lens, k1=-0.04), label="B")
+    groups = [
+        CameraGroup(label="", width_px=width, height_px=height, exif=Exif(model=model))
+        for model, width, height in (
+            ("A", 1500, 1000),
+            ("A", 750, 500),
+            ("A", 500, 750),
+            ("B", 1500, 1000),
+        )
+    ]
+    taken = replace(photos(), cameras=tuple(groups))
+    cameras = cameras_for(taken, [given, other])
+    assert [one.source for one in cameras.calibrations] == ["board"] * 4
+    tried: list[Cameras] = []
+
+    def place(cameras: Cameras) -> PlacedPhotos:
+        scene = replace(ring, lens_explanations=() if tried else (CONTRADICTED,))
+        tried.append(cameras)
+        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, StaticBackground())
+        return PlacedPhotos(taken, cameras, placing, None)
+
+    found = with_files_that_fit(taken, cameras, place, Run()).cameras.calibrations
+    assert [one.source for one in found] == ["guess", "guess", "guess", "board"]
+    assert [one.instead_of for one in found] == [*cameras.calibrations[:3], None]
 
 
 def test_a_camera_file_is_kept_where_the_photos_told_of_two_lenses(ring: Scene) -> None:
