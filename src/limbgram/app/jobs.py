@@ -1,6 +1,7 @@
 """Job: the computing of a case's shape, and its products as they come."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from fastapi import APIRouter, Query, Response
@@ -22,7 +23,9 @@ from limbgram.cases.intermediate_products import (
 from limbgram.cases.job_messages import order
 from limbgram.cases.job_queue import JobState, StageProgress, TimeLeft, read_job_file
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.core.errors import CaseError
+from limbgram.cases.uploads import Received
+from limbgram.core.errors import CaseError, PhotoError
+from limbgram.reconstruction.photos.video import FrameOptions, is_video, open_video
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
 from limbgram.services.reconstruct import Known, Shaping
 
@@ -113,7 +116,7 @@ def start_job(app_state: AppStateHere, case: CaseHere, given: JobOptions) -> Job
     folder = case.received if received else case.folder.photos
     if not folder.is_dir():
         raise CaseError("app.no_photos_yet")
-    megapixels = sum(one.width_px * one.height_px for one in received) / 1e6
+    megapixels = sum(_pixels_of(folder, one) for one in received) / 1e6
     job = order(
         case.folder.root,
         [folder / one.name for one in received] or [folder],
@@ -124,6 +127,18 @@ def start_job(app_state: AppStateHere, case: CaseHere, given: JobOptions) -> Job
     app_state.live_checks.of(case).cancel()
     app_state.runner.start(job, megapixels)
     return _reply(app_state, case)
+
+
+def _pixels_of(folder: Path, received: Received) -> int:
+    """Pixels of a photo, or of all frames that are taken of a film."""
+    if not is_video(folder / received.name):
+        return received.width_px * received.height_px
+    try:
+        film = open_video(folder / received.name)
+    except PhotoError:  # the run says why
+        return 0
+    wanted = FrameOptions.count
+    return min(film.frames_told or wanted, wanted) * film.width_px * film.height_px
 
 
 @router.post("/cases/{case_id}/job/pause")

@@ -258,8 +258,9 @@ class RunningJob:
             self._thread.join(timeout_s)
 
     def time_left(self) -> TimeLeft | None:
-        """Estimated time that it still takes; None unless it is running or held."""
-        if self.file.state not in ("running", "held"):
+        """Estimated time that it still takes; None unless it is running or held, or where nobody
+        knows how large its photos are."""
+        if self.file.state not in ("running", "held") or self.file.megapixels <= 0:
             return None
         return estimate_time_left(
             self.file, self.usual_s_per_mp, known=self.usual_known, stage_s=self._stage_elapsed_s()

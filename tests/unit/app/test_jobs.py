@@ -13,6 +13,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import cv2
+import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 from PIL import Image
@@ -65,7 +67,7 @@ def new_case(client: TestClient) -> str:
     """A case with a photo."""
     case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
     made = io.BytesIO()
-    Image.new("RGB", (40, 30)).save(made, "PNG")
+    Image.new("RGB", (120, 90)).save(made, "PNG")
     client.put(f"{case}/photos/a.png", content=made.getvalue())
     return case
 
@@ -113,6 +115,35 @@ def test_a_run_tells_its_stages_and_how_long_it_may_take(
     assert job["left"]["least_s"] <= job["left"]["most_s"]
     assert client.get(case).json()["state"] == "computing"
     assert client.post(f"{case}/job", json={}).status_code == 409
+    client.post(f"{case}/job/cancel")
+
+
+@pytest.mark.parametrize(("frames", "taken"), [(10, 10), (50, 36)])
+def test_a_film_counts_as_the_frames_that_are_taken_of_it(
+    client: TestClient, app_state: AppState, tmp_path: Path, frames: int, taken: int
+) -> None:
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    film = tmp_path / "walk.avi"
+    writer = cv2.VideoWriter(str(film), cv2.VideoWriter_fourcc(*"MJPG"), 30, (320, 240))
+    for k in range(frames):
+        writer.write(np.full((240, 320, 3), k, np.uint8))
+    writer.release()
+    client.put(f"{case}/photos/walk.avi", content=film.read_bytes())
+    job = started(client, app_state, case, SLOW)
+    file = read_job_file(app_state.shelf.case(case.rpartition("/")[2]).folder)
+    assert file is not None
+    assert file.megapixels == pytest.approx(taken * 320 * 240 / 1e6)
+    assert job["left"]["least_s"] > 0.0
+    client.post(f"{case}/job/cancel")
+
+
+def test_of_photos_of_an_unknown_size_no_time_is_foretold(
+    client: TestClient, app_state: AppState, case: str
+) -> None:
+    """It was 0 s."""
+    client.delete(f"{case}/photos/a.png")
+    client.put(f"{case}/photos/a.png", content=b"no picture")
+    assert started(client, app_state, case, SLOW)["left"] is None
     client.post(f"{case}/job/cancel")
 
 
