@@ -2,9 +2,9 @@
 
 The writer gives one object with its pose on the printer's bed, and as metadata title, description
 and application alone: no dates and no names, and the same bytes for the same mesh. The reader joins
-the meshes of all build items, through components and other parts of the archive, as they lie on the
-bed, to one surface in millimetres. A file that requires an unknown extension is refused, since that
-may add to the surface.
+the meshes of all build items that are to be printed, through components and other parts of the
+archive, as they lie on the bed, to one surface in millimetres. A file that requires an unknown
+extension is refused, since that may add to the surface.
 
 Own code: lib3mf would be a library of 10 MB for 200 lines.
 """
@@ -61,6 +61,9 @@ _MM_PER = {
     "foot": 304.8,
     "meter": 1000.0,
 }
+_NOT_PRINTED: Final = ("0", "false")
+"""Of the attribute `printable` of a build item, in which slicers keep what stays on the bed and is
+left out."""
 _PRECISION = 1e-6
 _LARGEST_PART, _DEEPEST = 1 << 30, 32
 _MOST_ITEMS = 10_000
@@ -305,7 +308,7 @@ def _read_part(content: bytes) -> _Part:
                 now[0].corners += (int(given["v1"]), int(given["v2"]), int(given["v3"]))
             case "component":
                 now[0].uses.append(_use(given))
-            case "item":
+            case "item" if given.get("printable") not in _NOT_PRINTED:
                 part.items.append(_use(given))
             case _:
                 pass

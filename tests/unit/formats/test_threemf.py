@@ -112,6 +112,17 @@ def test_components_are_placed_and_a_mirrored_one_stays_outward() -> None:
     np.testing.assert_allclose(high, [40, 350, 110])
 
 
+def test_an_item_that_a_slicer_leaves_out_is_none_of_the_surface() -> None:
+    objects = f'<object id="1">{OBJECT}</object>'
+    aside = '<item objectid="1" transform="1 0 0 0 1 0 0 0 1 300 0 0" printable="{}"/>'
+    for printable, size_mm in (("0", 100.0), ("false", 100.0), ("1", 400.0)):
+        build = '<item objectid="1"/>' + aside.format(printable)
+        read = read_3mf(archive(model(objects, build)), "a").mesh
+        assert np.ptp(read.vertices_mm[:, 0]) == pytest.approx(size_mm)
+    with pytest.raises(ShapeFileError, match="nothing that it prints"):
+        read_3mf(archive(model(objects, aside.format("0"))), "a")
+
+
 def test_parts_beside_the_first_are_read() -> None:
     production = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"
     given = f'xmlns:p="{production}" requiredextensions="p"'
