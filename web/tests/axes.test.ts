@@ -52,7 +52,7 @@ test("axes that are set again keep the end up that is shown, as their form says"
   ];
   const subject = {
     openCase: { id: "K7Q-4F2", again: nothing },
-    limb: { frame: { rotation, translation: [0, 0, 0] } },
+    limb: { frame: { rotation, translation: [0, 0, 0] }, reply: { flexion_deg: 0 } },
     aligned: true,
     kind: "transtibial",
     side: "left",
@@ -75,4 +75,43 @@ test("axes that are set again keep the end up that is shown, as their form says"
     [0, 0, 1],
     [0, 1, 0],
   ]);
+});
+
+test("axes that are set again on a page loaded anew keep the flexion of the joint", async () => {
+  const sent: { proximal: number[]; flexion_deg: number }[] = [];
+  vi.stubGlobal("fetch", async (request: Request) => {
+    sent.push((await request.json()) as { proximal: number[]; flexion_deg: number });
+    return json({ aligned: true, places: [] });
+  });
+  const { useAxes } = await import("../src/screens/align/axes");
+  const nothing = async () => {};
+  const turn = Math.PI / 3;
+  const rotation = [
+    [1, 0, 0],
+    [0, Math.cos(turn), -Math.sin(turn)],
+    [0, Math.sin(turn), Math.cos(turn)],
+  ];
+  const loaded = { frame: { rotation, translation: [0, 0, 0] }, reply: { flexion_deg: 60 } };
+  const subject = {
+    openCase: { id: "K7Q-4F2", again: nothing },
+    limb: null as typeof loaded | null,
+    aligned: true,
+    kind: "transtibial",
+    side: "left",
+    saved: signal(""),
+    act: { run: async (act: () => Promise<void>) => await act() },
+    asked: { again: nothing, askedSince: () => false },
+    take: () => {},
+  };
+  const arrived = signal(false);
+  const made = await running(() => {
+    const limb = arrived.value ? loaded : null;
+    return useAxes({ ...subject, limb } as never, { places: [], known: [] } as never);
+  });
+  arrived.value = true;
+  await made.rest();
+  made.now.set();
+  await made.rest();
+  expect(sent[0].flexion_deg).toBe(60);
+  expect(sent[0].proximal.map((value) => Math.round(1000 * value) + 0)).toEqual([0, 0, 1000]);
 });

@@ -56,6 +56,7 @@ class LimbReply(BaseModel):
         default=None, description="Rows of the rotation from the mesh's frame to the limb's."
     )
     translation_mm: Coordinates | None = Field(default=None, description="Of that motion.")
+    flexion_deg: float = Field(description="With which the axes were set last.")
     size_mm: Coordinates = Field(description="Of its box: in the limb frame if it is aligned.")
     sock_mm: float
     stale: bool = Field(description="The case was computed again: take the new surface, or stay.")
@@ -276,7 +277,8 @@ def align_limb(app_state: AppStateHere, workspace: WorkspaceHere, given: Align) 
         ask = replace(given, kind=given.kind or label.kind)
         aligned = align(shape.limb, ask, shape.file.declared)
         workspace.save_limb(aligned, shape.file)
-        workspace.case.relabel(replace(label, side=ask.side, kind=ask.kind))
+        said = replace(label, side=ask.side, kind=ask.kind, flexion_deg=ask.flexion_deg)
+        workspace.case.relabel(said)
     app_state.news.tell(workspace.case.case_id, "case")
     reply = _changed_reply(app_state, workspace)
     reply.notes = _notes(app_state, aligned)
@@ -307,6 +309,7 @@ def limb_reply(app_state: AppState, workspace: Workspace) -> LimbReply:
         places=[_place(limb, one) for one in limb.landmarks],
         rotation=None if motion is None else [triple(row) for row in motion.rotation],
         translation_mm=None if motion is None else triple(motion.translation),
+        flexion_deg=workspace.case.label.flexion_deg,
         size_mm=triple(np.ptp(places, axis=0)),
         sock_mm=limb.sock_mm,
         stale=workspace.is_stale(),

@@ -60,6 +60,8 @@ class Label:
     """Date and time, UTC."""
     kind: KindName | None = None
     side: Side | None = None
+    flexion_deg: float = 0.0
+    """Of the joint, as its axes were set with it."""
     note: str = ""
     """A few words to find it by; never a patient's name."""
     archived: bool = False

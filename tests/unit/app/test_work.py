@@ -239,6 +239,27 @@ def test_places_of_an_earlier_visit_are_proposed_until_somebody_confirms_them(
     assert "a left limb" in refused.json()["message"]
 
 
+def test_the_flexion_with_which_axes_were_set_is_told_to_set_them_again(
+    client: TestClient, case: str
+) -> None:
+    """Without it the end up that is shown lies 60 degrees off the limb, and is refused."""
+    assert client.get(f"{case}/limb").json()["flexion_deg"] == 0.0
+    axes = {"side": "left", "kind": "transtibial", "axis": "fit", "anterior": [0, 1, 0]}
+    bent = axes | {"proximal": [0, 0, 1], "flexion_deg": 60.0}
+    assert client.post(f"{case}/limb/align", json=bent).json()["flexion_deg"] == 60.0
+    told = client.get(f"{case}/limb").json()
+    _, forwards, up = np.array(told["rotation"])
+    flexion = np.radians(told["flexion_deg"])
+    along = np.cos(flexion) * up - np.sin(flexion) * forwards
+    again = axes | {"proximal": along.tolist(), "flexion_deg": told["flexion_deg"]}
+    done = client.post(f"{case}/limb/align", json=again).json()
+    np.testing.assert_allclose(done["rotation"], told["rotation"], atol=1e-9)
+    lost = axes | {"proximal": up.tolist()}
+    assert client.post(f"{case}/limb/align", json=lost).status_code == 422
+    by_hand = {"side": "left", "axis": up.tolist(), "anterior": [0, 1, 0]}
+    assert client.post(f"{case}/limb/align", json=by_hand).json()["flexion_deg"] == 0.0
+
+
 # So fine that what a load changes is less than half of the surface, and is sent alone.
 @pytest.mark.parametrize("limb", [1.6], indirect=True)
 def test_a_preview_is_what_is_kept_afterwards(client: TestClient, aligned: str) -> None:

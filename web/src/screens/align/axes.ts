@@ -1,6 +1,6 @@
 /** The axes: set from the places, looked at, turned round, or turned by hand. */
 import { type Signal, useSignal } from "@preact/signals";
-import { useRef } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { Vector3 } from "three";
 
 import type { Schemas } from "../../api/client";
@@ -14,6 +14,7 @@ import type { Placing } from "./placing";
 import type { Subject } from "./subject";
 
 export interface Axes {
+  /** Of the joint: as stated, else that with which the axes were set last. */
   readonly flexion_deg: Signal<number>;
   /** Whether up is down. */
   readonly flipped: Signal<boolean>;
@@ -34,7 +35,9 @@ export interface Axes {
 
 export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const { limb, aligned, kind, side } = subject;
-  const flexion_deg = useSignal(0);
+  const kept_deg = limb?.reply.flexion_deg ?? 0;
+  const flexion_deg = useSignal(kept_deg);
+  useEffect(() => void (flexion_deg.value = kept_deg), [kept_deg]);
   const flipped = useSignal(false);
   const front = useSignal<Vec3 | null>(null);
   const byHand = useSignal<AxesTurn>(STILL);
