@@ -15,6 +15,7 @@ from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import value_of
 from limbgram.findings import Gravity, doubt, note, told
+from limbgram.findings.tell import as_json
 from limbgram.report.html import html_of
 from limbgram.report.record.advice import tape_checks
 from limbgram.report.record.bias import biases
@@ -433,6 +434,20 @@ def test_the_sheet_of_a_wall_says_which_skin_it_tells() -> None:
         content = replace(bare, measures=measures, sheet={"rows": [row]})
         page = html_of(record_report(content, usual().pictures))
         assert page.count("Of the OUTSIDE of the wall") == said
+
+
+def test_the_sheet_names_landmarks_in_doubt_and_those_that_stand_in_for_others() -> None:
+    doubts = (
+        doubt("measure.sheet.stand_ins", lacking=("condyle", "head"), stand_ins=("tubercle",)),
+        doubt("landmark.unconfirmed", names=("navicular",)),
+        None,
+    )
+    plain = {"words": {"en": "Ankle"}, "formula": "", "value": 90.0, "sigma": None, "unit": "deg"}
+    rows = [plain | {"doubt": None if one is None else as_json(one)} for one in doubts]
+    content = replace(usual().content, sheet={"rows": rows})
+    page = html_of(record_report(content, usual().pictures))
+    assert page.count("<td>tubercle instead of condyle, head</td>") == 1
+    assert page.count("<td>navicular (not confirmed)</td>") == 1
 
 
 @pytest.mark.usefixtures("drawn_before")

@@ -146,13 +146,13 @@ def _sheet(content: Content) -> Iterator[Section]:
             f"{row['value']:.1f}",
             plus_minus(row["sigma"] and Interval.of_sigma(row["sigma"]), 1),
             row["unit"],
-            *((_unconfirmed(row),) if doubted else ()),
+            *((_doubted_places(row),) if doubted else ()),
         )
         for row in known
     )
     if filled:
         skin = _skin(content.measures["skin"]).strip()
-        heads = (*SHEET_HEADS, *(("goes by, not confirmed",) if doubted else ()))
+        heads = (*SHEET_HEADS, *(("goes by",) if doubted else ()))
         yield Section(
             title="Measuring sheet",
             blocks=(
@@ -163,9 +163,16 @@ def _sheet(content: Content) -> Iterator[Section]:
         )
 
 
-def _unconfirmed(row: Json) -> str:
-    """The landmarks that a figure goes by and that nobody has confirmed."""
-    return "" if row["doubt"] is None else ", ".join(row["doubt"]["values"]["names"])
+def _doubted_places(row: Json) -> str:
+    """The landmarks that a figure goes by though nobody has confirmed them, or in place of others
+    that were not marked."""
+    match row["doubt"]:
+        case None:
+            return ""
+        case {"values": {"lacking": lacking, "stand_ins": stand_ins}}:
+            return f"{', '.join(stand_ins)} instead of {', '.join(lacking)}"
+        case other:
+            return f"{', '.join(other['values']['names'])} (not confirmed)"
 
 
 def _signature_section(content: Content) -> Section:
