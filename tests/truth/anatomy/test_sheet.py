@@ -271,6 +271,26 @@ def test_a_figure_by_stand_ins_says_so(foot_of: MakeLimb) -> None:
     assert rows["ball_width_mm"].doubt is None
 
 
+@pytest.mark.parametrize("lacking", [("medial tibial condyle",), PLANTAR])
+def test_a_figure_by_stand_ins_has_no_interval_since_none_would_hold(
+    foot_of: MakeLimb, lacking: tuple[str, ...]
+) -> None:
+    """By the surface and by placing alone it would be off by 3 to 20 sigmas."""
+    limb = foot_of("child", sigma_mm=0.1)
+    full = only(limb, "ankle_deg", "ball_width_mm")
+    rows = only(without(limb, *lacking), "ankle_deg", "ball_width_mm").rows
+    ankle, ball = rows
+    assert ankle.figure is not None
+    assert (ankle.figure.sigma, ankle.figure.interval, ankle.placing_sigma) == (None, None, None)
+    among = ankle.among_alike
+    assert among is not None
+    assert among.sigma is not None
+    assert abs(among.value - full["ankle_deg"].value) > 3 * among.sigma
+    assert ball.figure == ball.among_alike == full["ball_width_mm"]
+    assert ball.figure is not None
+    assert ball.figure.sigma is not None
+
+
 def test_a_foot_of_the_other_side_is_refused_by_a_landmark_that_tells_it(
     foot_of: MakeLimb,
 ) -> None:

@@ -191,10 +191,10 @@ def courses(visits: Sequence[SheetVisit]) -> tuple[FigureCourse, ...]:
     found: list[FigureCourse] = []
     for row in ordered[0].sheet.rows:
         rows = [
-            (one.day, other.figure, other.stand_ins)
+            (one.day, other.among_alike, other.stand_ins)
             for one in ordered
             for other in one.sheet.rows
-            if other.name == row.name and other.figure is not None and other.figure.sigma
+            if other.name == row.name and other.among_alike is not None and other.among_alike.sigma
         ]
         known = [(day, figure) for day, figure, by in rows if by == rows[-1][2]]
         if len({day for day, _ in known}) >= 2:

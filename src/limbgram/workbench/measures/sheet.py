@@ -7,7 +7,8 @@ Method  An item depends on the surface and on where landmarks were placed. A lan
         is propagated to first order: the surface's part through the gradient over its vertices,
         with the covariances that the mesh carries; the placing's part by differences. A section is
         cut anew for a plane moved and tilted in each of its ways, so that it costs the same however
-        many landmarks tell the plane.
+        many landmarks tell the plane. Where landmarks stand in for others that were not marked, a
+        figure has no sigma: it is off by up to 10 degrees, which nothing here bounds.
 Fails   MeasureError: nobody said the kind, or the side of what has one. What lacks a landmark, or
         cannot be cut, stands in its row with the reason.
 """
@@ -105,6 +106,8 @@ class SheetRow:
     """What people call it, by language."""
     formula: str
     figure: Figure | None
+    """Without a sigma where landmarks stand in for others: how far their figure lies from that of
+    the others differs from limb to limb, and nothing bounds it."""
     placing_sigma: float | None
     """The part of its sigma that comes from placing landmarks."""
     reason: Finding | None
@@ -115,6 +118,15 @@ class SheetRow:
     """Those of them that stand in for others which were not marked."""
     doubt: Finding | None = None
     """Doubt about stand-ins; else about those of them that nobody has confirmed."""
+    sigma_alike: float | None = None
+    """Of a figure by stand-ins: its sigma among others of this limb by the same ones."""
+
+    @property
+    def among_alike(self) -> Figure | None:
+        """The figure with its sigma among others of this limb by the same landmarks."""
+        if self.figure is None or self.sigma_alike is None:
+            return self.figure
+        return Figure(self.figure.value, self.sigma_alike)
 
     @property
     def unit(self) -> str:
@@ -226,7 +238,11 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
         row = _with_stand_ins(row, anatomy, item)
         said = row.doubt or unconfirmed_finding(limb, row.places)
         found[item.name] = replace(row, doubt=said)
-    rows = tuple(row for row in found.values() if not wanted or row.name in wanted)
+    rows = tuple(
+        _without_sigma(row) if row.stand_ins else row
+        for row in found.values()
+        if not wanted or row.name in wanted
+    )
     return MeasuringSheet(
         kind=anatomy.kind.name,
         side=limb.side,
@@ -257,6 +273,14 @@ def _with_stand_ins(row: SheetRow, anatomy: Anatomy, item: AnyItem) -> SheetRow:
         return row
     said = doubt("measure.sheet.stand_ins", lacking=tuple(lacking), stand_ins=tuple(stand_ins))
     return replace(row, stand_ins=tuple(stand_ins), doubt=said)
+
+
+def _without_sigma(row: SheetRow) -> SheetRow:
+    """A row of a figure by stand-ins as it is given."""
+    if row.figure is None:
+        return row
+    bare, sigma = Figure(row.figure.value, None), row.figure.sigma
+    return replace(row, figure=bare, placing_sigma=None, sigma_alike=sigma)
 
 
 def _parts_of(item: AnyItem) -> tuple[str, ...]:

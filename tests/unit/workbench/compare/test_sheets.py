@@ -61,6 +61,24 @@ def test_a_figure_by_other_landmarks_is_no_change() -> None:
     assert [figure.value for figure in course.figures] == [92.0, 91.0]
 
 
+def test_figures_by_the_same_stand_ins_are_followed_by_their_sigma_among_each_other() -> None:
+    """They are off by the same, and so have no interval beside the true figure."""
+
+    def by_stand_ins(weeks: int, value: float) -> SheetVisit:
+        one = visit(weeks, value)
+        (row,) = one.sheet.rows
+        bare = replace(
+            row, figure=Figure(value, None), sigma_alike=0.5, stand_ins=("tibial tubercle",)
+        )
+        return replace(one, sheet=replace(one.sheet, rows=(bare,)))
+
+    (alike,) = courses([by_stand_ins(0, 82.0), by_stand_ins(4, 80.0)])
+    (usual,) = courses([visit(0, 92.0), visit(4, 90.0)])
+    assert (alike.change, alike.change_within) == (usual.change, usual.change_within)
+    assert alike.trend.probability == usual.trend.probability
+    assert courses([visit(0, 92.0), by_stand_ins(4, 80.0)]) == ()
+
+
 def test_scatter_makes_the_probability_students_and_sigmas_bound_it() -> None:
     days, values = np.array([0.0, 7, 21, 28]), np.array([9.0, 8.1, 8.4, 7.2])
     line = linregress(days, values)
