@@ -348,17 +348,16 @@ class Guard:
             if in_place:
                 return
             if message["type"] == "http.response.start":
-                line = _log_entry(scope, headers, signed, int(message["status"]))
-                if line is not None:
-                    try:
+                try:
+                    for line in _log_entries(scope, headers, signed, int(message["status"])):
                         await asyncio.to_thread(diary.write, *line)
                         _note_opened(scope, line, signed)
-                    except (OSError, CaseError) as error:
-                        in_place = True
-                        why = disk_finding(error) if isinstance(error, OSError) else error.finding
-                        found = fault("app.log_not_written", reason=why)
-                        await refused(507, type(error).__name__, found)(scope, _nothing, send)
-                        return
+                except (OSError, CaseError) as error:
+                    in_place = True
+                    why = disk_finding(error) if isinstance(error, OSError) else error.finding
+                    found = fault("app.log_not_written", reason=why)
+                    await refused(507, type(error).__name__, found)(scope, _nothing, send)
+                    return
             await send(message)
 
         return send_written
@@ -412,10 +411,10 @@ async def _nothing() -> Message:
     return {"type": "http.disconnect"}
 
 
-def _log_entry(
+def _log_entries(
     scope: Scope, headers: dict[str, str], signed: Signed | None, status: int
-) -> LogEntry | None:
-    """The log entry of a request; None if it is not logged.
+) -> list[LogEntry]:
+    """The log entries of a request: of its case, and of each other one that it worked on.
 
     Reads are not logged, except the first read of a case, by whatever route, and all files that
     leave.
@@ -425,15 +424,17 @@ def _log_entry(
     state: dict[str, Any] = scope.get("state", {})
     case = str(state.get("case", "") or scope.get("path_params", {}).get("case_id", ""))
     case = case if _CASE_ID.fullmatch(case) else ""  # what a path says instead may be anything
+    named = (case, *state.get("other_cases", ()))
+    cases = [one for one in dict.fromkeys(named) if one] or [""]
     who = "" if signed is None else signed.who
-    if _reads(scope, act):
-        first = bool(case) and signed is not None and case not in signed.opened
-        if act not in _LOGGED_READS and (not first or act in _SHOWS_LITTLE):
-            return None
-    elif is_upload(scope) and _has_more_pieces(headers):
-        return None
+    if is_upload(scope) and _has_more_pieces(headers):
+        return []
+    if _reads(scope, act) and act not in _LOGGED_READS:
+        known = {"", *cases} if signed is None or act in _SHOWS_LITTLE else {"", *signed.opened}
+        cases = [one for one in cases if one not in known]
     client = scope.get("client")
-    return str(state.get("who", who)), client[0] if client else "", act, case, status
+    by = str(state.get("who", who)), client[0] if client else "", act
+    return [(*by, one, status) for one in cases]
 
 
 def _reads(scope: Scope, act: str) -> bool:

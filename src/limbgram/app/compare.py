@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 from limbgram.app.binary_arrays import encode_blocks
 from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import BINARY, BYTES, FindingReply, missing
-from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
+from limbgram.app.state import AppState, AppStateHere, WorkspaceHere, other_case
 from limbgram.app.surface import Which, limb_before, limb_of
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import MissingError, OptionsError
@@ -121,22 +121,24 @@ def delete_shape(
 
 @router.post("/cases/{case_id}/compare")
 def compare_with(
-    app_state: AppStateHere, workspace: WorkspaceHere, given: Against
+    app_state: AppStateHere, workspace: WorkspaceHere, given: Against, request: Request
 ) -> ComparisonReply:
     """Where two shapes differ, by how much, and whether it matters for the fit."""
-    found = _compared(app_state, workspace, given)
+    found = _compared(app_state, workspace, given, request)
     said = FindingReply.of(verdict(found).finding)
     return ComparisonReply(verdict=said, figures=_finite(comparison_tree(found)))
 
 
 @router.post("/cases/{case_id}/compare/differences", response_class=Response, responses=BINARY)
-def read_compared(app_state: AppStateHere, workspace: WorkspaceHere, given: Against) -> Response:
+def read_compared(
+    app_state: AppStateHere, workspace: WorkspaceHere, given: Against, request: Request
+) -> Response:
     """The second shape in the first's limb frame, with its signed distance at each vertex.
 
     Blocks positions, indices and signed_mm; positive outside the first; NaN where nothing is near.
     The header has the figures of the same comparison, so that map and figures are one answer.
     """
-    found = _compared(app_state, workspace, given)
+    found = _compared(app_state, workspace, given, request)
     signed = found.deviation.on_second.difference_mm
     mesh = found.second_in_limb
     content = encode_blocks(
@@ -158,17 +160,20 @@ def _keep_shape(sent: FilePath, place: FilePath) -> None:
         sent.rename(beside)
 
 
-def _compared(app_state: AppState, workspace: Workspace, given: Against) -> Comparison:
+def _compared(
+    app_state: AppState, workspace: Workspace, given: Against, request: Request
+) -> Comparison:
     second, _ = limb_of(app_state, workspace, given.of)
-    return compare(_first(app_state, workspace, given), second, given)
+    return compare(_first(app_state, workspace, given, request), second, given)
 
 
-def _first(app_state: AppState, workspace: Workspace, given: Against) -> Limb:
+def _first(app_state: AppState, workspace: Workspace, given: Against, request: Request) -> Limb:
     chosen = [one for one in (given.case, given.shape, given.edits) if one is not None]
     if len(chosen) > 1:
         raise OptionsError("compare.first.several")
     if given.case is not None:
-        return app_state.shape_cache.shape(Workspace(app_state.shelf.case(given.case))).limb
+        other = other_case(app_state, request, given.case)
+        return app_state.shape_cache.shape(Workspace(other)).limb
     if given.shape is not None:
         known = [one.name for one in list_shapes(workspace)]
         if given.shape not in known:

@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, Field
 
 from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import FindingReply, missing
-from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
+from limbgram.app.state import AppState, AppStateHere, WorkspaceHere, other_case
 from limbgram.app.surface import Coordinates, triple
 from limbgram.cases.case_assessment import stickers_of
 from limbgram.cases.shelf import ID_PATTERN
@@ -241,12 +241,13 @@ def list_guesses(app_state: AppStateHere, workspace: WorkspaceHere) -> Guesses:
 
 @router.get("/cases/{case_id}/limb/guesses/{earlier_id}")
 def list_carried_guesses(
-    app_state: AppStateHere, workspace: WorkspaceHere, earlier_id: EarlierCase
+    app_state: AppStateHere, workspace: WorkspaceHere, earlier_id: EarlierCase, request: Request
 ) -> CarriedGuesses:
     """Landmarks of another case, such as the patient's last one, as they lie on this limb."""
     label = workspace.case.label
     limb = app_state.shape_cache.shape(workspace).limb
-    marked = app_state.shape_cache.shape(Workspace(app_state.shelf.case(earlier_id))).limb
+    earlier = Workspace(other_case(app_state, request, earlier_id))
+    marked = app_state.shape_cache.shape(earlier).limb
     side = limb.side if limb.side != "none" else label.side or "none"
     carried = propose(limb, marked, side, label.kind).carried
     return CarriedGuesses(

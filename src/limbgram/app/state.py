@@ -133,6 +133,14 @@ def case_of(
     return app_state.shelf.case(case_id)
 
 
+def other_case(app_state: AppState, request: Request, case_id: str) -> ShelvedCase:
+    """A case beside that in the path, which the log then has too (`access`)."""
+    case = app_state.shelf.case(case_id)
+    known: tuple[str, ...] = getattr(request.state, "other_cases", ())
+    request.state.other_cases = (*known, case.case_id)
+    return case
+
+
 CaseHere = Annotated[ShelvedCase, Depends(case_of)]
 
 

@@ -3,11 +3,11 @@
 from pathlib import Path as FilePath
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Path, Response
+from fastapi import APIRouter, Body, Path, Request, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.replies import PICTURE, FindingReply
-from limbgram.app.state import AppState, AppStateHere
+from limbgram.app.state import AppState, AppStateHere, other_case
 from limbgram.app.surface import limb_of
 from limbgram.cases.shelf_ids import ID_PATTERN
 from limbgram.cases.templates import KeptTemplate, Templates
@@ -70,9 +70,9 @@ def list_templates(app_state: AppStateHere) -> list[TemplateReply]:
 
 
 @router.post("/templates", status_code=201)
-def learn_template(app_state: AppStateHere, given: NewTemplate) -> LearnedReply:
+def learn_template(app_state: AppStateHere, given: NewTemplate, request: Request) -> LearnedReply:
     """Learn what was done to the limbs of some cases: from each one's scan to its shape now."""
-    pairs = [_pair(app_state, one) for one in dict.fromkeys(given.cases)]
+    pairs = [_pair(app_state, request, one) for one in dict.fromkeys(given.cases)]
     learned = _templates(app_state).learn(given.name, pairs)
     notes = [FindingReply.of(one, app_state.shelf.root) for one in learned.notes]
     return LearnedReply(templates=list_templates(app_state), notes=notes)
@@ -113,8 +113,8 @@ def _templates(app_state: AppState) -> Templates:
     return Templates(app_state.shelf.templates)
 
 
-def _pair(app_state: AppState, case_id: str) -> Pair:
-    workspace = Workspace(app_state.shelf.case(case_id))
+def _pair(app_state: AppState, request: Request, case_id: str) -> Pair:
+    workspace = Workspace(other_case(app_state, request, case_id))
     if not workspace.recipe().entries:
         raise OptionsError("template.nothing_to_learn", case=case_id)
     return Pair(

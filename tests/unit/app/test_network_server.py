@@ -38,6 +38,8 @@ from limbgram.app.users import Users, make_private
 from limbgram.cases.shelf import Shelf
 from limbgram.cli.main import app
 from limbgram.core.errors import CaseError, OptionsError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.ply import write_ply
 
 API = "/api/v1"
 HOST = "192.168.1.20:8443"
@@ -386,6 +388,35 @@ def test_a_case_is_opened_by_whatever_is_read_of_it_first(
     client.get(f"{case}/contents")
     client.get(f"{case}/photos")
     assert [act for _, act, _ in acts(app_state)][5:] == ["compare_with", "list_contents"]
+
+
+def test_another_case_that_is_read_is_in_the_log_too(
+    client: TestClient, app_state: AppState, limb: Mesh
+) -> None:
+    """Compared with, proposed from, or learned from; the log had the case in the path alone."""
+    ids: list[str] = []
+    for _ in range(3):
+        ids.append(client.post(f"{API}/cases", json={"kind": "transtibial"}).json()["id"])
+        folder = app_state.shelf.root / ids[-1] / "deliverables"
+        folder.mkdir()
+        write_ply(limb, folder / "surface.ply", "mm")
+    here, there, third = ids
+    case = f"{API}/cases/{here}"
+    began = len(acts(app_state))
+    client.get(case)
+    client.get(f"{case}/limb/guesses/{there}")
+    for _ in range(2):
+        assert client.post(f"{case}/compare", json={"of": "scan", "case": third}).is_success
+    client.get(f"{API}/cases/{third}")
+    client.post(f"{API}/templates", json={"name": "a", "cases": [there]})
+    lines = Journal(app_state.shelf.root / "access").lines()
+    told = [(one.act.act, one.act.case) for one in lines if one.act is not None]
+    assert told[began:] == [
+        ("read_case", here),
+        ("list_carried_guesses", there),
+        ("compare_with", third),
+        ("learn_template", there),
+    ]
 
 
 def test_a_log_that_was_changed_says_where(tmp_path: Path) -> None:
