@@ -6,6 +6,7 @@ Coded marks are found in the photos instead of picked by hand: `marks` makes dis
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64, Int32
@@ -25,7 +26,7 @@ from limbgram.reconstruction.scale.ruler import (
     points_by_cameras,
     size_by_cameras,
 )
-from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
+from limbgram.reconstruction.scale.stated_lengths import PRINTED, KnownDistance, Pick
 
 _FEWEST_PICKS = 2
 """Fewest photos: two rays meet in a point."""
@@ -60,7 +61,8 @@ def measure_distances(
 ) -> Ruler:
     """The distances as a ruler: alternately one sets the scale and the next checks it.
 
-    With `all_check` every one checks, and the ruler's own scale is only for comparison.
+    The best known ones come first (`_roles`). With `all_check` every one checks, and the ruler's
+    own scale is only for comparison.
 
     Raises:
         ScaleError: none could be measured, or the picks of one point do not meet.
@@ -78,13 +80,32 @@ def measure_distances(
         if missing:
             set_aside.append(SetAside(distance.label, note("scale.ends_missing", ends=missing)))
         else:
-            check = all_check or len(lengths) % 2 == 1
             first, second = located
-            length = _length(distance, first, second, pick_sigma_px, check=check)
+            length = _length(distance, first, second, pick_sigma_px)
             lengths.append(replace(length, by_cameras=_by_cameras(scene, first, second)))
     if not lengths:
         raise ScaleError("scale.none_measured", left_out=left_out(set_aside))
+    if not all_check:
+        roles = zip(lengths, _roles(lengths), strict=True)
+        lengths = [replace(one, role=role) for one, role in roles]
     return ruler_of(lengths, tuple(set_aside))
+
+
+def _roles(lengths: Sequence[RulerLength]) -> list[Literal["control", "check"]]:
+    """Alternately control and check, those first whose own length is known best.
+
+    Where a print is seen, what was measured by hand checks, as it does beside a board: it is read
+    and picked less well, and only on another piece does it tell that the printer was wrong.
+    """
+    roles: list[Literal["control", "check"]] = ["check"] * len(lengths)
+    printed = [k for k, one in enumerate(lengths) if one.between in PRINTED]
+    best_first = sorted(
+        printed or range(len(lengths)),
+        key=lambda k: lengths[k].stated_sigma_mm / lengths[k].known_mm,
+    )
+    for k in best_first[::2]:
+        roles[k] = "control"
+    return roles
 
 
 def _locate(
@@ -171,8 +192,6 @@ def _length(
     first: _LocatedEnd,
     second: _LocatedEnd,
     pick_sigma_px: float,
-    *,
-    check: bool,
 ) -> RulerLength:
     between = second.point_in_world - first.point_in_world
     measured = float(np.linalg.norm(between))
@@ -188,7 +207,7 @@ def _length(
         known_mm=distance.length_mm,
         measured=measured,
         sigma=float(np.hypot(np.sqrt(variance), measured * of_length)),
-        role="check" if check else "control",
+        role="check",
         between=distance.between,
         marks=distance.marks,
         stated_sigma_mm=distance.length_sigma_mm,

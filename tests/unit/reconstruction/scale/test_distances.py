@@ -211,6 +211,15 @@ def test_a_tape_adds_its_own_doubt(capture) -> None:
         replace(exact, length_sigma_mm=500.0)
 
 
+def test_the_length_that_is_known_best_sets_the_scale(capture) -> None:
+    """0.48 mm off, less than one sigma of its tape: the exact one given after it was refused."""
+    first, second = both(capture)
+    taped = replace(first, length_mm=first.length_mm * 1.004, length_sigma_mm=0.6)
+    metric = to_millimetres(capture.scene, None, [taped, second])
+    assert [one.role for one in metric.scale.lengths] == ["check", "control"]
+    assert world_from_room(metric, capture).scale == pytest.approx(1, abs=1e-9)
+
+
 def test_a_wrong_pick_is_named(capture) -> None:
     first, second = both(capture, photos=(0, 2, 4, 10))
     off = replace(first.first[2], x_px=first.first[2].x_px + 30)
@@ -320,6 +329,17 @@ def test_a_scale_bar_sets_the_scale_and_a_smaller_print_makes_a_smaller_scene(ca
     assert metric.scale.relative_sigma < 2e-4
     smaller = to_millimetres(capture.scene, None, mark_distances(marks, [BAR.grown(0.99)]))
     assert world_from_room(smaller, capture).scale == pytest.approx(0.99, abs=1e-9)
+
+
+def test_a_length_measured_by_hand_checks_a_scale_bar(capture) -> None:
+    """It is given before the bar, and a quarter of a millimetre too long."""
+    marks = seen_marks(capture, dict(zip((100, 101), ENDS["A-C"], strict=True)))
+    by_hand = both(capture)[1]
+    long = replace(by_hand, length_mm=by_hand.length_mm + 0.25)
+    metric = to_millimetres(capture.scene, None, [long, *mark_distances(marks, [BAR])])
+    assert [one.role for one in metric.scale.lengths] == ["check", "control"]
+    assert world_from_room(metric, capture).scale == pytest.approx(1, abs=1e-9)
+    assert metric.scale.lengths[0].error == pytest.approx(-0.25 / long.length_mm, abs=1e-9)
 
 
 def test_a_mark_that_is_not_seen_is_named(capture) -> None:
