@@ -59,12 +59,15 @@ class Ruler:
         """Standard deviation of a length measured by this scale, in scene units.
 
         Lens and poses make it as uncertain as they let it grow otherwise than what sets the scale.
+        The scale's own doubt is that of every length beside it; of a board's own lengths it is
+        the same photos' that measured them.
         """
-        if scene.camera_covariance is None or one.by_cameras is None or self.by_cameras is None:
-            return one.sigma
-        apart = one.by_cameras - self.by_cameras
-        by_cameras = max(float(apart @ scene.camera_covariance @ apart), 0.0)
-        return float(np.hypot(one.sigma, one.measured * np.sqrt(by_cameras)))
+        beside = one.role == "check" and one.between != "board"
+        variance = self.relative_sigma**2 if beside else 0.0
+        covariance, ours, its = scene.camera_covariance, self.by_cameras, one.by_cameras
+        if covariance is not None and ours is not None and its is not None:
+            variance += max(float((its - ours) @ covariance @ (its - ours)), 0.0)
+        return float(np.hypot(one.sigma, one.measured * np.sqrt(variance)))
 
 
 def jackknife_sigma(replicates: Float64[np.ndarray, " p"]) -> float:

@@ -239,7 +239,9 @@ def _scaled(
         scene_board = find_scene_board(scene, detections)
     aim = aim_of(scene.views, scene.points_in_world)
     turns = [quarter_turns[k] for k in scene.placed] if quarter_turns else []
-    rulers = [] if scene_board is None else [scene_board.ruler]
+    rulers: list[Ruler] = []
+    if scene_board is not None:
+        rulers.append(replace(scene_board.ruler, relative_sigma=scene_board.relative_sigma))
     if distances:
         typed = measure_distances(
             scene, distances, _PICK_SIGMA_PX, all_check=scene_board is not None
@@ -252,7 +254,6 @@ def _scaled(
     if scene_board is not None:
         scale = replace(
             scale,
-            relative_sigma=scene_board.relative_sigma,
             board_stretch=scene_board.sure_stretch,
             set_aside=(*pushed, *scale.set_aside),
         )

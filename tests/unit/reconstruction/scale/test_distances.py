@@ -152,6 +152,32 @@ def test_picks_that_scatter_more_than_stated_are_believed(capture, photos) -> No
     assert 0.93 < np.mean(held) < 0.97
 
 
+def test_a_check_length_is_as_unsure_as_the_scale_besides(capture) -> None:
+    """A length 3.3 times that of the scale: its own picks explain a third of what it is off."""
+    ends = {"short": (-45.0, 45.0), "long": (-150.0, 150.0)}
+    exact = [
+        capture.distance(label, *(np.array([x, -90.0, 0.0]) for x in span), photos=(0, 2, 5, 8, 10))
+        for label, span in ends.items()
+    ]
+    draw = np.random.default_rng(5)
+
+    def off(picks: tuple[Pick, ...]) -> tuple[Pick, ...]:
+        return tuple(
+            replace(one, x_px=one.x_px + x, y_px=one.y_px + y)
+            for one, (x, y) in zip(picks, 0.5 * draw.normal(size=(len(picks), 2)), strict=True)
+        )
+
+    ratios = []
+    for _ in range(400):
+        picked = [replace(one, first=off(one.first), second=off(one.second)) for one in exact]
+        ruler = measure_distances(capture.scene, picked, 0.5, all_check=False)
+        control, check = ruler.lengths
+        error = check.measured - ruler.units_per_mm * check.known_mm
+        assert ruler.sigma_of(control, capture.scene) == control.sigma
+        ratios.append(error / ruler.sigma_of(check, capture.scene))
+    assert 0.85 < np.sqrt(np.mean(np.square(ratios))) < 1.1
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 9])
 def test_lengths_whose_sigmas_are_right_make_the_scale_as_sure_as_they_are(count: int) -> None:
     """More lengths make it surer: by the root of their number, in the usual draw."""
