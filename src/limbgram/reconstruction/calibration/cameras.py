@@ -159,13 +159,14 @@ _CUT_ASIDE = 0.15
 """Of its sides, how far the lens's middle lies from that of a picture which was cut (sigma): of one
 that is half as wide as the whole and was cut anywhere it is 0.14 to 0.29."""
 _SENSORS_MM: tuple[tuple[str, float], ...] = (
-    (r"canon eos[ -]?(5ds?|6d|1ds|1d ?x|r|rp|r[13568])\b", 36.0),
+    (r"canon eos[ -]?(5ds?|6d|1ds|1d ?x|ra?|rp|r[13568](m\d)?)\b", 36.0),
     (r"canon eos[ -]?1d\b", 28.1),
     (r"canon eos", 22.3),
     (r"nikon.*(d[3456]|d6[01]0|d7[058]0|d8[015]0e?|df|z ?([56789]|6ii|7ii))( |$|_)", 35.9),
     (r"nikon.*(d\d{2,4}|z ?\d+)", 23.5),
     (r"sony.*ilce-[179](\b|[a-z])", 35.8),
     (r"sony.*(ilce|nex|slt|dslr)", 23.5),
+    (r"pentax k-1\b", 35.9),
     (r"(fujifilm.*x-|pentax|ricoh.*gr)", 23.5),
     (r"(olympus.*(e-|pen)|om digital|panasonic.*(dmc|dc)-g)", 17.3),
     (r"gopro.*hero", 6.17),
