@@ -17,6 +17,7 @@ from limbgram.core.mesh.topology import (
     volume_mm3,
 )
 from limbgram.reconstruction.surface.cleaning import drop_degenerate_and_duplicate, make_manifold
+from limbgram.reconstruction.surface.holes import find_openings
 from limbgram.reconstruction.surface.parts import tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
 from limbgram.reconstruction.surface.poisson import poisson
@@ -44,6 +45,36 @@ def test_a_noisy_thimble_is_whole_but_for_its_brim(open_cylinder: Callable[[floa
     assert brim_mm[:, 2].max() < 3
     rms = np.sqrt((_beside_thimble(mesh.vertices_mm) ** 2).mean())
     assert 0.06 < rms < 0.08
+
+
+@pytest.mark.parametrize("axis", ["z", "x", "y"])
+def test_a_narrow_brim_is_one_however_the_limb_lies(axis: str) -> None:
+    """A neck of 14 mm on a ball of 40, as a shank on its foot; lying, it was closed by a dome."""
+    from_pole = np.linspace(1e-3, np.pi - np.arcsin(14 / 40), 60)
+    ball = np.column_stack([40 * np.sin(from_pole), -40 * np.cos(from_pole)])
+    neck = np.column_stack([np.full(20, 14.0), np.linspace(ball[-1, 1] + 1, 90.0, 20)])
+    turned = {"z": np.eye(3), "x": np.eye(3)[[2, 0, 1]], "y": np.eye(3)[[1, 2, 0]]}[axis]
+    bottle = _revolved(np.vstack([ball, neck]))
+    for shape, is_brim in ((bottle, True), (_revolved(ball), axis == "z")):
+        found = find_openings(shape.vertices_mm @ turned.T, shape.faces)
+        assert (found.brim is not None) == is_brim
+        assert len(found.holes) == (0 if is_brim else 1)
+
+
+def _revolved(profile_mm: np.ndarray) -> Mesh:
+    """A surface of revolution about z, closed below, from radii and heights."""
+    angle = 2 * np.pi * np.arange(72) / 72
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    rows = [np.column_stack([radius * ring, np.full(72, z)]) for radius, z in profile_mm[1:]]
+    vertices = np.vstack([[[0.0, 0.0, profile_mm[0, 1]]], *rows])
+    k = np.arange(72)
+    after = (k + 1) % 72
+    faces = [np.column_stack([np.zeros(72), 1 + after, 1 + k])]
+    for row in range(len(rows) - 1):
+        low, high = 1 + 72 * row, 73 + 72 * row
+        faces.append(np.column_stack([low + k, low + after, high + k]))
+        faces.append(np.column_stack([low + after, high + after, high + k]))
+    return Mesh(vertices_mm=vertices, faces=np.vstack(faces).astype(np.int32))
 
 
 def test_noise_of_a_third_of_the_spacing_tears_the_balls_way_but_not_the_result(
