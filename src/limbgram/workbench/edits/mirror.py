@@ -57,6 +57,7 @@ class Mirror(Edit):
             )
         motion, back = frame.limb_from_mesh, frame.limb_from_mesh.inverse
         flip = np.array([-1.0, 1.0, 1.0])
+        turn = ((motion.rotation.T * flip) @ motion.rotation).astype(np.float32)
 
         def reflected(points: np.ndarray) -> np.ndarray:
             return moved_by(back, moved_by(motion, points) * flip)
@@ -65,6 +66,7 @@ class Mirror(Edit):
             limb.mesh,
             vertices_mm=reflected(limb.mesh.vertices_mm),
             faces=np.ascontiguousarray(limb.mesh.faces[:, ::-1]),
+            **limb.mesh.of_vertices(lambda one, values: values @ turn if one.axis else values),
         )
         marks = tuple(
             replace(mark, position_mm=reflected(mark.position_mm[None])[0])

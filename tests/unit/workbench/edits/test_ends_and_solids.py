@@ -29,6 +29,7 @@ from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 RADIUS_MM, TOP_MM, SPOKES = 40.0, 160.0, 72
@@ -208,6 +209,28 @@ def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) ->
     unsure = replace(limb, frame=replace(limb.frame, side="none"))
     with pytest.raises(EditError, match="nobody has said"):
         do_edit(unsure, Mirror(confirmed_side="left"))
+
+
+def test_a_mirrored_limb_measures_as_the_limb_did_where_relief_is_lost_obliquely(
+    limb: Limb,
+) -> None:
+    outward = in_limb(limb) * [1, 1, 0] / RADIUS_MM
+    oblique = np.cos(np.radians(30)) * np.cross([0, 0, 1], outward) + [0, 0, 0.5]
+    lost = replace(
+        limb.mesh,
+        sigma_mm=np.full(len(limb.mesh), 0.05, np.float32),
+        lost_length=np.tile(np.float32([0.002, 0.0002]), (len(limb.mesh), 1)),
+        lost_across=(0.002 * oblique @ limb.frame.limb_from_mesh.rotation).astype(np.float32),
+    )
+    scanned = limb.with_mesh(lost)
+
+    def tape_mm(one: Limb) -> float:
+        (row,) = measure_limb(one, LimbMeasureOptions(heights_mm=(100.0,))).rows
+        return row.figures["tape_mm"].value
+
+    mirrored = do_edit(scanned, Mirror(confirmed_side="left"))
+    assert tape_mm(mirrored) == pytest.approx(tape_mm(scanned), abs=1e-3)
+    assert tape_mm(mirrored) > tape_mm(limb) + 0.2
 
 
 def test_a_wall_says_where_it_is_thinnest(limb: Limb) -> None:
