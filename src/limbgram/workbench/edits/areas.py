@@ -9,9 +9,10 @@ by which this program once called the carving, is no edit any more.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
@@ -20,7 +21,12 @@ from limbgram.core.mesh.topology import is_watertight
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, FromZeroMm, Words, spoken
 from limbgram.workbench.edits.guard import require_sound
-from limbgram.workbench.edits.refinement import edge_for_falloff_mm, refine_selected, refine_where
+from limbgram.workbench.edits.refinement import (
+    edge_for_falloff_mm,
+    faces_near,
+    refine_selected,
+    refine_where,
+)
 from limbgram.workbench.edits.regions import (
     Curve,
     FrameName,
@@ -174,14 +180,8 @@ def _weights_round_place(
     require_outside(limb, point[None])
     reach = edit.flat_mm + edit.falloff_mm
 
-    def near_place(mesh: Mesh) -> Bool[np.ndarray, " f"]:
-        corners = mesh.vertices_mm[mesh.faces]
-        middle = corners.mean(1)
-        size = np.linalg.norm(corners - middle[:, None], axis=2).max(1)
-        return np.linalg.norm(middle - point, axis=1) < reach + size
-
-    limb = limb.with_mesh(
-        refine_selected(limb.mesh, near_place, edge_for_falloff_mm(edit.falloff_mm))
-    )
+    edge_mm = edge_for_falloff_mm(edit.falloff_mm)
+    near = partial(faces_near, point_mm=point, reach_mm=reach)
+    limb = limb.with_mesh(refine_selected(limb.mesh, near, edge_mm))
     distance = distances_from_point(limb.mesh, point, reach)
     return limb, falloff((distance - edit.flat_mm) / edit.falloff_mm)

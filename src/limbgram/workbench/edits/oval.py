@@ -7,19 +7,19 @@ side is not lifted.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Bool
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.mesh import unit
 from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.areas import falloff, require_outside
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Words, spoken
 from limbgram.workbench.edits.guard import require_sound
-from limbgram.workbench.edits.refinement import refine_selected
+from limbgram.workbench.edits.refinement import faces_near, refine_selected
 from limbgram.workbench.edits.regions import (
     Place,
     axes_in_mesh,
@@ -95,12 +95,9 @@ def move_oval(limb: Limb, oval: Oval, sign: float) -> Limb:
     half = np.array([oval.width_mm, oval.height_mm]) / 2
     reach = float(half.max()) * 1.5
 
-    def near_oval(mesh: Mesh) -> Bool[np.ndarray, " f"]:
-        corners = mesh.vertices_mm[mesh.faces]
-        return np.linalg.norm(corners - middle, axis=2).min(1) < reach
-
     edge_mm = max(oval.edge * float(half.min()) / _EDGES_PER_FADE, _FINEST_MM)
     given = limb.mesh
+    near_oval = partial(faces_near, point_mm=middle, reach_mm=reach)
     limb = limb.with_mesh(refine_selected(limb.mesh, near_oval, edge_mm))
     mesh = limb.mesh
     distance = distances_from_point(mesh, middle, reach)

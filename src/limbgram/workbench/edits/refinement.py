@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
+from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, lengths, longest_sides_mm
 from limbgram.core.mesh.topology import Edges, find_edges
 
@@ -20,6 +21,14 @@ FaceSelector = Callable[[Mesh], Bool[np.ndarray, " f"]]
 def edge_for_falloff_mm(length_mm: float) -> float:
     """Edge length with which a falloff over a length looks smooth."""
     return max(length_mm / _EDGES_PER_FALLOFF, _FINEST_MM)
+
+
+def faces_near(mesh: Mesh, point_mm: Vector3, reach_mm: float) -> Bool[np.ndarray, " f"]:
+    """The faces that may come within reach of a point, however large they are."""
+    corners = mesh.vertices_mm[mesh.faces]
+    middle = corners.mean(1)
+    size = np.linalg.norm(corners - middle[:, None], axis=2).max(1)
+    return np.linalg.norm(middle - point_mm, axis=1) < reach_mm + size
 
 
 @dataclass(frozen=True)

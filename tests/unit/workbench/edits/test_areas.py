@@ -4,16 +4,19 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.areas import falloff
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.room import Room
-from limbgram.workbench.limb import AlignedLimb, Limb
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 RADIUS_MM = 40.0
 HEIGHT_MM = 100.0
+SPOKES = 72
 
 
 def radial_mm(limb: Limb) -> np.ndarray:
@@ -40,6 +43,28 @@ def test_a_load_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb: 
     old = len(limb.mesh)
     far = distance[:old] > 26
     np.testing.assert_array_equal(edited.mesh.vertices_mm[:old][far], limb.mesh.vertices_mm[far])
+
+
+@pytest.mark.parametrize(("edit", "sign"), [(Pad, -1), (Room, 1)])
+def test_an_oval_in_the_middle_of_long_triangles_has_its_depth(
+    edit: type[Pad | Room], sign: int
+) -> None:
+    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    ring = RADIUS_MM * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    here, ahead = np.arange(SPOKES), np.roll(np.arange(SPOKES), -1)
+    faces = [[here, ahead, ahead + SPOKES], [here, ahead + SPOKES, here + SPOKES]]
+    tube = Mesh(
+        vertices_mm=np.concatenate([ring, ring + np.array([0, 0, 250.0])]),
+        faces=np.concatenate([np.column_stack(one) for one in faces]).astype(np.int32),
+    )
+    limb = AlignedLimb(mesh=tube, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+    edited = do_edit(limb, edit(at=(0, RADIUS_MM, 125), depth_mm=4, width_mm=30, height_mm=50))
+    x, y, z = edited.mesh.vertices_mm.T
+    front = y > 0
+    assert y[front][np.hypot(x, z - 125)[front].argmin()] == pytest.approx(40 + sign * 4, abs=0.1)
+    moved = sign * (np.hypot(x, y) - RADIUS_MM) > 0.2
+    assert moved.any()
+    assert np.abs(z[moved] - 125).max() < 25
 
 
 def test_the_landmark_moves_with_the_surface(limb: Limb) -> None:
