@@ -194,6 +194,19 @@ def test_each_strap_of_a_trunk_adds_two_holes(bodies: dict[str, Limb], name: str
         assert (2 - euler) // 2 == count
 
 
+@pytest.mark.parametrize("name", [name for name, one in DEVICES.items() if one.pads])
+def test_the_distal_pad_lies_round_the_distal_end(bodies: dict[str, Limb], name: str) -> None:
+    values = {"strip_mm": 0.0, **GIVEN.get(name, {})}
+    order = Order(device=name, made="printed", values=values)
+    drawn = preview_device(bodies[DEVICES[name].kind], order)
+    added = drawn.layout.thickness_mm - drawn.values["wall_mm"]
+    thick = added > 0.5 * drawn.values["pad_mm"]
+    off = drawn.layout.positive.vertices_mm[thick] - drawn.body.place_mm("distal end")
+    for along in (off[:, 0], off[:, 1]):
+        assert -along.min() == pytest.approx(along.max(), abs=4.0)
+        assert along.max() > 20
+
+
 def test_ribs_behind_the_malleoli_stiffen_a_printed_wall_and_no_sheet(
     bodies: dict[str, Limb],
 ) -> None:

@@ -20,7 +20,7 @@ STRIP = Measure(
 )
 DISTAL_PAD = Pad(
     name="distal pad",
-    at=TrimPoint(name="distal end", at="distal end", up_mm=4.0, around_deg=0.0),
+    at=TrimPoint(name="distal end", at="distal end", seen_from="plantar"),
     reach_mm=18.0,
     falloff_mm=25.0,
     add_mm="pad_mm",
