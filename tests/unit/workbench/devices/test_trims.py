@@ -18,7 +18,7 @@ from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.layout import Opening, _depth_in_opening, _require_bridge, cover
-from limbgram.workbench.devices.presets.ankle import SOLID
+from limbgram.workbench.devices.presets.ankle import LEAF_SPRING, SOLID
 from limbgram.workbench.devices.trims import (
     _side_above_sole,
     amount_of,
@@ -86,6 +86,22 @@ def test_points_lie_where_anatomy_says(body_of: BodyOf) -> None:
     fibula = body.place_mm("fibula head")
     assert places["top, behind"][2] == pytest.approx(fibula[2] - 30.0, abs=1e-4)
     assert places["top, behind"][1] < -40
+
+
+def test_a_leaf_spring_is_narrowest_over_the_ankle_axis_as_its_measure_says(
+    body_of: BodyOf,
+) -> None:
+    body = body_of("foot")
+    drawn = draw_trim(body, LEAF_SPRING, values_of(LEAF_SPRING.measures, {}))
+    malleoli = np.stack([body.place_mm(f"{one} malleolus") for one in ("lateral", "medial")])
+    height = next(one for one in LEAF_SPRING.measures if one.name == "spring_height_mm")
+    spring = [one for one in drawn.handles if one.measure == height.name]
+    assert len(spring) == 2
+    for one in spring:
+        over_axis_mm = one.point_mm[2] - malleoli[:, 2].mean()
+        assert over_axis_mm == pytest.approx(height.usual, abs=1e-3)
+    assert "over the ankle axis" in height.en
+    assert "über der Knöchelachse" in height.de
 
 
 def test_a_left_limb_has_the_same_edges_mirrored(body_of: BodyOf) -> None:

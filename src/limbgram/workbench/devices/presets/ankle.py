@@ -221,8 +221,8 @@ SPRING_HEIGHT = Measure(
     name="spring_height_mm",
     usual=30.0,
     within=Within(20, 40),
-    en="Height of the narrowest place over the lateral malleolus",
-    de="Höhe der schmalsten Stelle über dem Außenknöchel",
+    en="Height of the narrowest place over the ankle axis",
+    de="Höhe der schmalsten Stelle über der Knöchelachse",
 )
 LEAF_SPRING = Trim(
     loops=(
