@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
@@ -88,12 +89,7 @@ class Centreline:
         """
         from_first = (points_mm - self.points_mm[0]) @ self.directions[0]
         from_last = (points_mm - self.points_mm[-1]) @ self.directions[-1]
-        squares = (
-            (points_mm**2).sum(1)[:, None]
-            - 2 * points_mm @ self.points_mm.T
-            + (self.points_mm**2).sum(1)
-        )
-        nearest = squares.argmin(1)
+        nearest = np.asarray(KDTree(self.points_mm).query(points_mm, workers=1)[1], np.int64)
         ahead = ((points_mm - self.points_mm[nearest]) * self.directions[nearest]).sum(1)
         found = self.lengths_mm[nearest] + ahead
         found = np.where((nearest == 0) & (from_first < 0), from_first, found)

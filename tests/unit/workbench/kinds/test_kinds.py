@@ -1,5 +1,6 @@
 """Kinds of limb: that the data of each hangs together, and what follows from it."""
 
+import tracemalloc
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -128,6 +129,24 @@ def test_a_rounded_corner_is_an_arc_that_touches_both_legs() -> None:
         np.array([[3.0, 0, 10]])
     )
     assert beyond[0] == pytest.approx(-10.0)
+
+
+def test_a_large_scan_finds_its_planes_along_a_centreline_in_little_memory() -> None:
+    curve = rounded_polyline(np.array([[0.0, 0, 400], [0, 0, 60], [0, 160, 60]]), 0.85)
+    scan = np.random.default_rng(3).normal([0.0, 20.0, 150.0], 60.0, (20_000, 3))
+    tracemalloc.start()
+    try:
+        found = curve.nearest_mm(scan)
+        peak_mb = tracemalloc.get_traced_memory()[1] / 2**20
+    finally:
+        tracemalloc.stop()
+    assert peak_mb < 20
+    few = scan[::500]
+    nearest = np.linalg.norm(few[:, None] - curve.points_mm, axis=2).argmin(1)
+    off = ((few - curve.points_mm[nearest]) * curve.directions[nearest]).sum(1)
+    between = (nearest > 0) & (nearest < len(curve.points_mm) - 1)
+    wanted = (curve.lengths_mm[nearest] + off)[between]
+    np.testing.assert_allclose(found[::500][between], wanted, atol=1e-9)
 
 
 def test_a_placing_error_is_the_landmarks_own_or_that_of_its_way() -> None:
