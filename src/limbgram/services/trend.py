@@ -21,6 +21,7 @@ from limbgram.services.measure import SheetRequest
 from limbgram.services.parse_text import DAY
 from limbgram.workbench.compare.comparison import mismatch_findings
 from limbgram.workbench.compare.sheets import SheetTrend, SheetVisit, follow_sheets
+from limbgram.workbench.compare.skins import skins_to_compare
 from limbgram.workbench.frame.landmarks import notes_but_unconfirmed
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.sheet import measuring_sheet
@@ -56,7 +57,8 @@ class TrendFiles:
 
 
 def trend(limbs: Sequence[Limb], ask: TrendRequest) -> SheetTrend:
-    """Fill in the measuring sheet of each shape, and follow its measures.
+    """Fill in the measuring sheet of each shape, and follow its measures; of a wall its one skin
+    that is compared, with a doubt.
 
     Raises:
         OptionsError: days that are not one for each shape, or all alike.
@@ -66,11 +68,13 @@ def trend(limbs: Sequence[Limb], ask: TrendRequest) -> SheetTrend:
     if len(ask.days) != len(limbs):
         raise OptionsError("options.compare.days", days=len(ask.days), shapes=len(limbs))
     options = ask.of_sheet()
+    limbs, walls = skins_to_compare(limbs)
     visits = [
         SheetVisit(day=day, sheet=measuring_sheet(limb, options))
         for day, limb in zip(ask.days, limbs, strict=True)
     ]
     notes = [
+        *walls,
         *(one.sheet.doubt for one in visits if one.sheet.doubt is not None),
         *(one for limb in limbs for one in notes_but_unconfirmed(limb)),
     ]

@@ -15,7 +15,10 @@ from typer.testing import CliRunner
 from limbgram.cli.main import app
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import with_faces
 from limbgram.formats.limb_file import write_limb
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 
 RADIUS_MM, SIDES = 50.02, 240
@@ -86,6 +89,18 @@ def test_a_growing_girth_is_told_with_its_change(visits: list[str], tmp_path: Pa
     assert dict(zip(rows[0], rows[1], strict=True))["change"] == pytest.approx(width["change"])
     assert len(openpyxl.load_workbook(book)["visits"]["A"]) == 1 + 3 * len(measures)
     assert text.read_text("utf-8-sig").startswith("name;measure;unit;first;last;change;")
+
+
+def test_of_a_wall_the_inside_is_followed_and_that_is_said(tmp_path: Path) -> None:
+    limb = arm(1.0)
+    low = (limb.mesh.vertices_mm[limb.mesh.faces][:, :, 2] < 110).all(1)
+    inside = limb.with_mesh(with_faces(limb.mesh, limb.mesh.faces[low]))
+    socket = do_edit(inside, Wall(thickness_mm=4.0))
+    files = [str(write_limb(one, tmp_path / f"{k}.ply")) for k, one in enumerate((inside, socket))]
+    found = json.loads(asked(*files, days=DAYS[:2]).stdout)
+    (girth,) = (one for one in found["measures"] if one["name"] == "elbow_girth_mm")
+    assert girth["change"] == pytest.approx(0.0, abs=0.01)
+    assert "compare.wall" in [one["code"] for one in found["notes"]]
 
 
 def test_people_read_what_changed_and_how_surely(visits: list[str]) -> None:
