@@ -423,6 +423,33 @@ def test_a_heads_figures_have_closed_forms(skew_deg: float) -> None:
     assert sheet["symmetry_per_cent"].value == pytest.approx(100.0, abs=0.1)
 
 
+def spread(limb: Limb, names: tuple[str, ...], draws: int) -> np.ndarray:
+    """How far figures go off with landmarks placed anew, in their sigmas."""
+    told = only(limb, *names)
+    sigmas = [told[name].sigma or np.nan for name in names]
+    found = [
+        only(placed_anew(limb, 2.0, np.random.default_rng(seed)), *names) for seed in range(draws)
+    ]
+    offs = [[one[name].value - told[name].value for name in names] for one in found]
+    return np.sqrt(np.mean(np.square(offs), axis=0)) / sigmas
+
+
+def test_an_asymmetry_that_is_none_errs_as_much_as_any_other() -> None:
+    """By differences to both sides of its kink it would err by a hundredth of that."""
+    head = ellipsoid(0.0, 3)
+    head = head.with_mesh(replace(head.mesh, sigma_mm=np.full(len(head.mesh), 0.05, np.float32)))
+    off = spread(head, ("cva_mm", "symmetry_per_cent"), 8)
+    assert ((off > 0.5) & (off < 1.6)).all()
+
+
+def test_a_depth_between_places_that_stand_out_alike_errs_with_the_plane(
+    trunk_of: MakeLimb,
+) -> None:
+    """Of a symmetric back, both halves of which lie equally far behind."""
+    (off,) = spread(trunk_of(sigma_mm=0.05), ("axilla_ap_mm",), 10)
+    assert 0.5 < off < 1.6
+
+
 def test_a_heads_circumference_lies_in_the_plane_of_glabella_and_opisthocranion() -> None:
     """An ellipsoid's sections are ellipses; here the plane falls from front to back."""
     up_mm = 20.0

@@ -41,6 +41,7 @@ from limbgram.workbench.measures.propagation import (
     PLACE_STEP_MM,
     Propagated,
     Subject,
+    kinked_slopes,
     with_limb_heights,
 )
 
@@ -77,14 +78,16 @@ def _figures(subject: Subject) -> Mapping[str, Propagated]:
     whole = _open_height_mm(subject) is None
     here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole, with_gradients=True)
     names = tuple(here)
+    values = np.array([value for value, _ in here.values()])
     found: dict[str, dict[str, Vector3]] = {name: {} for name in names}
     for place in ("sellion", "right tragion", "left tragion"):
         rows = [
-            (
-                _values_with_moved_landmark(subject, place, step, whole)
-                - _values_with_moved_landmark(subject, place, -step, whole)
+            kinked_slopes(
+                _values_with_moved_landmark(subject, place, step, whole),
+                values,
+                _values_with_moved_landmark(subject, place, -step, whole),
+                PLACE_STEP_MM,
             )
-            / (2 * PLACE_STEP_MM)
             for step in np.eye(3) * PLACE_STEP_MM
         ]
         for name, slope in zip(names, np.stack(rows).T, strict=True):
@@ -111,14 +114,18 @@ def _slopes_by_top(turned: Sigmas, level: Level) -> dict[str, Float64[np.ndarray
     top = int(turned.mesh.vertices_mm[:, 2].argmax())
     lift = np.zeros(len(turned.mesh))
     lift[top] = turned.normals[top, 2] * MEASURING_LEVEL / LEVELS
-    ahead, behind = (
-        _level_measures(level_at(turned.mesh, level.height_mm + step))
-        for step in (PLACE_STEP_MM, -PLACE_STEP_MM)
+    ahead, here, behind = (
+        {name: one.value for name, one in _level_measures(found).items()}
+        for found in (
+            level_at(turned.mesh, level.height_mm + PLACE_STEP_MM),
+            level,
+            level_at(turned.mesh, level.height_mm - PLACE_STEP_MM),
+        )
     )
-    return {
-        name: (one.value - behind[name].value) / (2 * PLACE_STEP_MM) * lift
-        for name, one in ahead.items()
-    }
+    slopes = kinked_slopes(
+        *(np.array([*one.values()]) for one in (ahead, here, behind)), PLACE_STEP_MM
+    )
+    return {name: slope * lift for name, slope in zip(here, slopes.tolist(), strict=True)}
 
 
 def require_closed_above(subject: Subject) -> None:

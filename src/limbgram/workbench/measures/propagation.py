@@ -258,12 +258,9 @@ def measure_section(
     found: dict[str, Propagated] = {}
     for name, measure in measures.items():
         sloped = measure(first.level_in_frame(level))
-        by_step = np.array(
-            [
-                (measure(ahead).value - measure(behind).value) / (2 * size)
-                for size, (ahead, behind) in zip(sizes, neighbours, strict=bool(slopes))
-            ]
-        )
+        around = [[measure(one).value for one in pair] for pair in neighbours]
+        ahead, behind = np.array(around).reshape(-1, 2).T
+        by_step = kinked_slopes(ahead, sloped.value, behind, np.array(sizes[: len(around)]))
         figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)
         surface = propagate(turned.mesh, gradient) or 0.0
         extra_variance = turned.extremity_variance(level, sloped.reaches)
@@ -276,6 +273,20 @@ def measure_section(
             extra_variance=extra_variance,
         )
     return found
+
+
+def kinked_slopes(
+    ahead: Float64[np.ndarray, " k"],
+    here: float | Float64[np.ndarray, " k"],
+    behind: Float64[np.ndarray, " k"],
+    step: float | Float64[np.ndarray, " k"],
+) -> Float64[np.ndarray, " k"]:
+    """Slopes of values that may have a kink here, as an extent between places that stand out alike
+    or the size of a difference that is zero: where both sides rise or both fall, the steeper one.
+    """
+    up, down = (ahead - here) / step, (here - behind) / step
+    steeper = np.where(np.abs(up) > np.abs(down), up, down)
+    return np.where(up * down < 0, steeper, (up + down) / 2)
 
 
 def with_limb_heights(
