@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.topology import find_edges, volume_mm3
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding
 from limbgram.workbench.edits.arch_fill import ArchFill
@@ -97,9 +97,30 @@ def test_an_arch_fill_adds_under_the_medial_arch(foot_of: MakeLimb, left: bool) 
     deepest = sole.points_mm[int(moved[:, 2].argmin())]
     assert deepest[0] < 0  # medial
     assert 0.25 < deepest[1] / sole.length_mm < 0.75
+    assert deepest[2] < 0.6 * sole.arch[2]  # under the arch, not beside the navicular
     sunk = moved[:, 2] < 0
     assert (sole.points_mm[sunk, 2] + moved[sunk, 2]).min() > -1e-9
     assert volume_mm3(after.mesh) > volume_mm3(limb.mesh)
+
+
+@pytest.mark.parametrize("relief_mm", [0.0, 0.15])
+def test_an_arch_fill_runs_out_without_a_step(foot_of: MakeLimb, relief_mm: float) -> None:
+    """Up the medial side too, which hangs over: what moved in full and what stayed were one edge
+    apart there, so that a smooth surface folded and a rough one was refused."""
+    limb = Sole.of(foot_of()).limb
+    rough = np.random.default_rng(3).normal(0, relief_mm, (len(limb.mesh), 1))
+    limb = limb.with_mesh(
+        limb.mesh.with_vertices(limb.mesh.vertices_mm + rough * limb.mesh.vertex_normals())
+    )
+    limb = Sole.of(limb).limb
+    after = do_edit(limb, ArchFill(depth_mm=3.2))
+    down = steps(limb, after)[:, 2]
+    ends = find_edges(limb.mesh.faces).ends
+    edges = np.diff(limb.mesh.vertices_mm[ends], axis=1)[:, 0]
+    slopes = np.abs(np.diff(down[ends], axis=1))[:, 0] / np.linalg.norm(edges, axis=1)
+    turned = (after.mesh.face_normals() * limb.mesh.face_normals()).sum(1)
+    assert turned.min() > 0
+    assert 0.1 < slopes.max() < 1
 
 
 @pytest.mark.parametrize("on", ["medial", "lateral"])

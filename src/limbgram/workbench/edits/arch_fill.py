@@ -7,8 +7,13 @@ import numpy as np
 from limbgram.core.request_fields import Within
 from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.regions import smooth_normals
 from limbgram.workbench.edits.sole import SOLE_PLACES, Sole, bump, normalised
 from limbgram.workbench.limb import Kind, Limb
+
+_FACING = 0.5
+"""Cosine of the surface's turn from straight down up to which it is filled in full: up to 60
+degrees. An upright side stays."""
 
 
 @edit(
@@ -57,6 +62,8 @@ class ArchFill(Edit):
         x, y, z = sole.points_mm.T
         along = bump((y - sole.arch[1]) / (self.along * sole.length_mm))
         across = smoothstep((sole.lateral_mm - x) / (sole.lateral_mm - sole.medial_mm))
-        share = normalised(along * across * sole.plantar)
+        low = 1 - smoothstep(2 * z / max(float(sole.arch[2]), 1e-9) - 1)
+        downwards = -smooth_normals(sole.limb.mesh) @ sole.rotation[2]
+        share = normalised(along * across * low * smoothstep(downwards / _FACING))
         down = np.minimum(self.depth_mm * share, np.maximum(z, 0.0))
         return sole.moved(np.outer(down, [0.0, 0.0, -1.0]))
