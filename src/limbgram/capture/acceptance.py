@@ -31,6 +31,7 @@ from limbgram.capture.probing import ProbedBody, Surface, find_cylinder, find_sp
 from limbgram.capture.setup import Outcome
 from limbgram.core.errors import LimbgramError, MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.interval import rms
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.core.run import track
@@ -348,7 +349,7 @@ class _CaptureTest:
                 name=standard.name,
                 points=len(off_mm),
                 seen=reached,
-                off_rms_mm=float(np.sqrt(np.mean(off_mm**2))),
+                off_rms_mm=rms(off_mm),
             )
         )
 
@@ -372,7 +373,7 @@ class _CaptureTest:
                 name=name,
                 points=probed.points,
                 seen=probed.seen,
-                off_rms_mm=float(np.sqrt(np.mean(probed.off_mm**2))),
+                off_rms_mm=rms(probed.off_mm),
             )
         )
 

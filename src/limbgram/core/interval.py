@@ -74,6 +74,17 @@ def widening(degrees_of_freedom: float) -> float:
     return float(stdtrit(max(degrees_of_freedom, 1.0), 0.5 + _COVERAGE / 2)) / COVER
 
 
+def rms(values: Float64[np.ndarray, "n ..."]) -> float:
+    """Root mean square of numbers, or of the lengths of vectors; NaN of none.
+
+    >>> rms(np.array([[3.0, 4.0], [0.0, 0.0]])) == rms(np.array([5.0, 0.0]))
+    True
+    """
+    if not len(values):
+        return float("nan")
+    return float(np.sqrt((values.reshape(len(values), -1) ** 2).sum(axis=1).mean()))
+
+
 def weighted_quantile(
     values: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"], share: float
 ) -> float:

@@ -18,6 +18,7 @@ from scipy.spatial import ConvexHull, KDTree
 
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.smoothed_length import STEPS_PER_MM, smoothed
+from limbgram.core.interval import rms
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS, Section, cut, level_segments
@@ -70,7 +71,7 @@ def compare_with_truth(mesh: Mesh, centres_mm: Points3, truth: Truth) -> TruthCo
     girths, volume_error = sections(placed, truth)
     cameras_mm = fit.truth_from_world.apply(centres_mm) - truth.centres_mm
     return TruthComparison(
-        rms_mm=float(np.sqrt(np.mean(off_mm**2))),
+        rms_mm=rms(off_mm),
         p95_mm=float(np.quantile(np.abs(off_mm), 0.95)),
         mean_mm=float(off_mm.mean()),
         scale_error=fit.scale_error,
@@ -78,7 +79,7 @@ def compare_with_truth(mesh: Mesh, centres_mm: Points3, truth: Truth) -> TruthCo
         girth_heights_mm=tuple(girth.height_mm for girth in girths),
         girth_errors_mm=tuple(girth.error_mm for girth in girths),
         volume_error=volume_error,
-        camera_rms_mm=float(np.sqrt(np.mean((cameras_mm**2).sum(1)))),
+        camera_rms_mm=rms(cameras_mm),
     )
 
 

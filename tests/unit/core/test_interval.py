@@ -14,6 +14,7 @@ from limbgram.core.interval import (
     chi_square_tail,
     f_tail,
     plus_minus,
+    rms,
     weighted_quantile,
     what_it_means,
     widening,
@@ -78,3 +79,9 @@ def test_tails_of_chi_square_and_f_are_those_of_the_tables() -> None:
     assert chi_square_tail(18.307038, 10) == pytest.approx(0.05, abs=1e-8)
     assert f_tail(4.102821, 2, 10) == pytest.approx(0.05, abs=1e-7)
     assert chi_square_tail(-1e-9, 2) == f_tail(-1.0, 2, 3) == 1.0  # rounding, not a doubt
+
+
+def test_the_root_mean_square_is_that_of_numbers_or_of_lengths() -> None:
+    vectors = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 12.0]])
+    assert rms(vectors) == rms(np.array([-5.0, 12.0])) == np.sqrt(84.5)
+    assert np.isnan(rms(vectors[:0]))

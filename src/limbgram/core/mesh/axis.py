@@ -17,6 +17,7 @@ from jaxtyping import Float64, Int32, Int64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.interval import rms
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
 
@@ -69,7 +70,7 @@ def _along(mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3) -> 
     centroids = _centroids(mesh, border, unit)
     point = np.median(centroids, axis=0)
     off = (centroids - point) - np.outer((centroids - point) @ unit, unit)
-    return Axis(point_mm=point, direction=unit, spread_mm=_rms(off))
+    return Axis(point_mm=point, direction=unit, spread_mm=rms(off))
 
 
 def _first_direction(mesh: Mesh) -> Vector3:
@@ -156,8 +157,4 @@ def _line_through(points: Points3) -> Axis:
         distance = np.linalg.norm(off, axis=1)
         limit = _HUBER * max(float(np.median(distance)), 1e-9)
         weights = np.minimum(1.0, limit / np.maximum(distance, 1e-300))
-    return Axis(point_mm=point, direction=direction, spread_mm=_rms(off))
-
-
-def _rms(off_mm: Points3) -> float:
-    return float(np.sqrt((off_mm**2).sum(1).mean()))
+    return Axis(point_mm=point, direction=direction, spread_mm=rms(off))

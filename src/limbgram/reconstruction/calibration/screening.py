@@ -18,6 +18,7 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import HELD, LENS_SIZE, PARAMETERS, RADIAL
+from limbgram.core.interval import rms
 from limbgram.findings import doubt
 from limbgram.reconstruction.calibration.adjustment import (
     SHARED,
@@ -79,7 +80,7 @@ def screen(
     solution = _start(observations, board_mm, size_px, free)
     set_aside: list[SetAside] = []
     while len(observations) > min_photos:
-        rms_px = np.array([_rms(residual) for residual in solution.residuals_px])
+        rms_px = np.array([rms(residual) for residual in solution.residuals_px])
         worst, limit = int(rms_px.argmax()), photo_factor * float(np.median(rms_px))
         if rms_px[worst] <= max(limit, _LENIENT_PX):
             break
@@ -124,7 +125,7 @@ def _without_bad_corners(
         held = [k for k, one in enumerate(kept) if len(one.ids) >= _FEWEST_CORNERS]
         if len(held) < min_photos:
             raise CalibrationError("lens.contradiction", rms_px=float(solution.rms_px))
-        rms_px = np.array([_rms(residual) for residual in solution.residuals_px])
+        rms_px = np.array([rms(residual) for residual in solution.residuals_px])
         set_aside += tuple(
             _fits_badly(one.name, rms_px, k) for k, one in enumerate(kept) if k not in held
         )
@@ -187,10 +188,6 @@ def _opencv_on_one_thread() -> Generator[None]:
         yield
     finally:
         cv2.setNumThreads(threads)
-
-
-def _rms(residual_px: Float64[np.ndarray, "n 2"]) -> float:
-    return float(np.sqrt((residual_px**2).sum(axis=1).mean()))
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.frames import cross_matrix
 from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
+from limbgram.core.interval import rms
 from limbgram.core.optimisation import ArrowheadEquations, Descent, Trial, minimise
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
@@ -195,7 +196,7 @@ class GoldStandard:
     @property
     def rms_px(self) -> float:
         """The paper's residual error: sqrt((sum d(x, x^)^2 + sum d(x', x'^)^2) / 4n)."""
-        return float(np.sqrt(np.mean(self.residual_px**2)))
+        return rms(self.residual_px)
 
 
 def refine_fundamental_gold_standard(

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.triangulation import sampson_jacobian, sampson_px
+from limbgram.core.interval import rms
 from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.reconstruction.matching.matching import PairMatches
 
@@ -41,7 +42,7 @@ class VerifiedPair:
     @property
     def rms_residual_px(self) -> float:
         """The paper's residual error function over all inliers."""
-        return float(np.sqrt(np.mean(self.residual_px**2)))
+        return rms(self.residual_px)
 
     def chosen(self, keep: Bool[np.ndarray, " m"]) -> "VerifiedPair":
         """The pair with some of its matches."""

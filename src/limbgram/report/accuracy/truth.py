@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.interval import COVER, MAD_TO_SIGMA
+from limbgram.core.interval import COVER, MAD_TO_SIGMA, rms
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
@@ -96,10 +96,10 @@ def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
     low, high = np.quantile(off_mm, [0.25, 0.75])
     figures = TruthFigures(
         kind=known.kind,
-        rms_px=_rms(off_mm) / pixel_mm,
+        rms_px=rms(off_mm) / pixel_mm,
         alignment=_WORDS[alignment],
         vertices=len(off_mm),
-        rms_mm=_rms(off_mm),
+        rms_mm=rms(off_mm),
         p95_mm=float(np.quantile(np.abs(off_mm), 0.95)),
         mean_mm=float(off_mm.mean()),
         median_mm=float(np.median(off_mm)),
@@ -119,9 +119,7 @@ def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
             if np.isfinite(one.error_mm)
         ),
         volume_error=volume_error,
-        camera_rms_mm=math.nan
-        if centres_off is None
-        else float(np.sqrt(np.mean((centres_off**2).sum(1)))),
+        camera_rms_mm=math.nan if centres_off is None else rms(centres_off),
         histogram=_histogram(off_mm),
         sigma=None if mesh.sigma_mm is None else sigma_test(off_mm, mesh.sigma_mm[compared]),
     )
@@ -138,12 +136,12 @@ def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Sigma
     return SigmaTest(
         vertices=len(error),
         robust_spread=float(MAD_TO_SIGMA * np.median(np.abs(ratio))),
-        rms_spread=_rms(ratio),
+        rms_spread=rms(ratio),
         within_sigma_share=float(np.mean(np.abs(ratio) <= 1)),
         within_95_share=float(np.mean(np.abs(ratio) <= COVER)),
         rank_correlation=_rank_correlation(np.abs(error), sigma),
         by_sigma=tuple(
-            SigmaPart(sigma_mm=float(np.median(sigma[part])), rms_error_mm=_rms(error[part]))
+            SigmaPart(sigma_mm=float(np.median(sigma[part])), rms_error_mm=rms(error[part]))
             for part in parts
         ),
     )
@@ -176,10 +174,6 @@ def _rank_correlation(first: Float64[np.ndarray, " n"], second: Float64[np.ndarr
     from scipy.stats import rankdata  # all of scipy.stats takes a quarter of a second to import
 
     return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
-
-
-def _rms(values: Float64[np.ndarray, " n"]) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _shares_within(off_mm: Float64[np.ndarray, " n"]) -> dict[str, float]:

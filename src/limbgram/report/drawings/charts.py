@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float64
 
+from limbgram.core.interval import rms
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -43,9 +44,9 @@ def residual_histograms(pairs: Pairs, metric: MetricScene) -> Drawing:
     return Drawing(
         figure,
         f"Left: the residual error of {len(matches):,} matches against the geometry of their pair; "
-        f"root mean square {_rms(matches):.3f} px. Right: distance of {len(reprojection):,} image "
+        f"root mean square {rms(matches):.3f} px. Right: distance of {len(reprojection):,} image "
         f"points from where the adjusted scene puts them; root mean square "
-        f"{_rms(reprojection):.3f} px. The largest 0.5 % are not drawn.",
+        f"{rms(reprojection):.3f} px. The largest 0.5 % are not drawn.",
     )
 
 
@@ -90,11 +91,7 @@ def _histogram(axes: "Axes", values: Float64[np.ndarray, " n"], colour: str, lab
         reach = max(float(np.quantile(values, 0.995)), 1e-6)
         axes.hist(values[values <= reach], bins=_BINS, range=(0, reach), color=colour)
         axes.axvline(float(values.mean()), color=INK, lw=1, label=f"mean {values.mean():.3f} px")
-        axes.axvline(_rms(values), color=ORANGE, lw=1, ls="--", label=f"RMS {_rms(values):.3f} px")
+        axes.axvline(rms(values), color=ORANGE, lw=1, ls="--", label=f"RMS {rms(values):.3f} px")
         axes.legend(fontsize=8, frameon=False)
     axes.set_xlabel(label, fontsize=8, color=INK)
     axes.set_ylabel("number", fontsize=8, color=FAINT)
-
-
-def _rms(values: Float64[np.ndarray, " n"]) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")

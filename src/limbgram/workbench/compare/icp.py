@@ -26,7 +26,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
-from limbgram.core.interval import MAD_TO_SIGMA, widening
+from limbgram.core.interval import MAD_TO_SIGMA, rms, widening
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import paired_landmarks
 from limbgram.workbench.compare.counterparts import Counterparts, CounterpartSurface, measured_faces
@@ -148,7 +148,7 @@ def _settled(
             break
         tolerance_mm = max(options.tolerance_mm, _TOLERANCE_SHARE * scale_mm)
         step = _gauss_newton_step(placed, found, weights)
-        moved_mm = float(np.sqrt(np.mean(np.sum((step.apply(placed) - placed) ** 2, axis=1))))
+        moved_mm = rms(step.apply(placed) - placed)
         pose, rounds = _orthonormal(step @ pose), rounds + 1
     converged = rounds > 0 and moved_mm <= tolerance_mm
     return _SettledPose(pose, rounds, converged)
@@ -162,7 +162,7 @@ def _fit(points_mm: Points3, surface: CounterpartSurface, settled: _SettledPose)
     off_mm = found.signed_mm[valid]
     return Fit(
         first_from_second=settled.first_from_second,
-        rms_mm=float(np.sqrt(np.mean(off_mm**2))) if len(off_mm) else float("nan"),
+        rms_mm=rms(off_mm),
         used_share=float(np.count_nonzero(weights) / len(weights)),
         cost_mm=_cost_mm(found),
         rounds=settled.rounds,
@@ -176,7 +176,7 @@ def _fit(points_mm: Points3, surface: CounterpartSurface, settled: _SettledPose)
 def _cost_mm(found: Counterparts) -> float:
     capped = np.minimum(np.abs(found.signed_mm), _CAP_MM)
     capped[found.at_brim] = _CAP_MM
-    return float(np.sqrt(np.mean(capped**2)))
+    return rms(capped)
 
 
 def _growth_share(placed: Points3, found: Counterparts, valid: Bool[np.ndarray, " n"]) -> float:
