@@ -33,12 +33,12 @@ NAMES_IN: Mapping[Language, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 def _terms(language: str) -> dict[str, str]:
     """Names of places, kinds, joints and sheet figures in a language, by the English ones."""
     kinds = KIND_NAMED.values()
-    landmark_named = {f"kind {one.name}": one.words[language] for one in kinds}
+    of_kinds = {f"kind {one.name}": one.words[language] for one in kinds}
     if language == LANGUAGES[0]:
-        return landmark_named
+        return of_kinds
     joints = [one for kind in kinds for one in kind.joints]
     return {
-        **landmark_named,
+        **of_kinds,
         **{name: place.de[0] for name, place in _PLACES.items()},
         **{one.en: one.words[language] for kind in kinds for one in kind.sheet},
         **{one.name: one.de for one in joints},

@@ -88,8 +88,8 @@ class Subject:
         if names:
             places = np.stack([anatomy.places[name] for name in names])
             ids, shares = barycentric_on_mesh(found.mesh, places)
-            measure_section = unit(np.einsum("pk,pkd->pd", shares, sigmas.normals[ids]))
-            normals = dict(zip(names, measure_section, strict=True))
+            at_places = unit(np.einsum("pk,pkd->pd", shares, sigmas.normals[ids]))
+            normals = dict(zip(names, at_places, strict=True))
         return cls(
             anatomy=anatomy,
             sigmas=sigmas,

@@ -539,10 +539,10 @@ def turn_deg(level: Level) -> Measured:
     points, after = level.points_mm, level.after
     middle, (xx, xy, yy) = _centroid_and_moments(points, points[after])
     x, y = (points - middle).T
-    measure_section, along = xx - yy, 2 * xy
-    size = max(measure_section**2 + along**2, 1e-300)
-    turned = 0.5 * np.arctan2(along, measure_section)
-    slope = 0.5 * (measure_section * 2 * x * y - along * (x**2 - y**2)) / size
+    difference, mixed = xx - yy, 2 * xy
+    size = max(difference**2 + mixed**2, 1e-300)
+    turned = 0.5 * np.arctan2(mixed, difference)
+    slope = 0.5 * (difference * 2 * x * y - mixed * (x**2 - y**2)) / size
     return Measured(float(np.degrees(turned)), np.degrees(slope[:, None] * weights))
 
 
@@ -555,14 +555,12 @@ def _centroid_and_moments(
     """
     shift = points.mean(0)
     (x, y), (u, v) = (points - shift).T, (after - shift).T
-    measure_section = x * v - u * y
-    area = measure_section.sum() / 2
-    middle = np.array([(measure_section * (x + u)).sum(), (measure_section * (y + v)).sum()]) / (
-        6 * area
-    )
-    xx = (measure_section * (x * x + x * u + u * u)).sum() / 12 - area * middle[0] ** 2
-    yy = (measure_section * (y * y + y * v + v * v)).sum() / 12 - area * middle[1] ** 2
-    xy = (measure_section * (x * v + 2 * x * y + 2 * u * v + u * y)).sum() / 24
+    doubled = x * v - u * y
+    area = doubled.sum() / 2
+    middle = np.array([(doubled * (x + u)).sum(), (doubled * (y + v)).sum()]) / (6 * area)
+    xx = (doubled * (x * x + x * u + u * u)).sum() / 12 - area * middle[0] ** 2
+    yy = (doubled * (y * y + y * v + v * v)).sum() / 12 - area * middle[1] ** 2
+    xy = (doubled * (x * v + 2 * x * y + 2 * u * v + u * y)).sum() / 24
     return middle + shift, (float(xx), float(xy - area * middle[0] * middle[1]), float(yy))
 
 
