@@ -40,7 +40,11 @@ from limbgram.reconstruction.measuring.measurement_pass import (
     measuring_views,
 )
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
-from limbgram.reconstruction.measuring.visibility import best_views, incidence_cosine_blocks
+from limbgram.reconstruction.measuring.visibility import (
+    best_views,
+    incidence_cosine_blocks,
+    views_apart,
+)
 from limbgram.reconstruction.pipeline import EDGE_PX
 from limbgram.reconstruction.user_settings import MOST_TRIANGLES
 
@@ -135,10 +139,12 @@ def narrowest_deg(
     return narrowest
 
 
-def measuring_photos(cosines: Float64[np.ndarray, "n v"]) -> Bool[np.ndarray, "n v"]:
+def measuring_photos(
+    cosines: Float64[np.ndarray, "n v"], apart: Bool[np.ndarray, " v"]
+) -> Bool[np.ndarray, "n v"]:
     """The photos that will measure each cell, as `measuring` chooses them."""
     kept = np.where(measuring_views(cosines), cosines, 0.0).astype(np.float32)
-    best = best_views(kept, MAX_VIEWS)
+    best = best_views(kept, MAX_VIEWS, apart)
     chosen = np.zeros(cosines.shape, bool)
     rows, slots = np.nonzero(best >= 0)
     chosen[rows, best[rows, slots]] = True
@@ -157,7 +163,7 @@ def predict(
         none = np.zeros(len(cells), int)
         return Prediction(photos=none, squarely=none, pixel_mm=nothing, sigma_mm=nothing)
     cosines = incidence_cosines(proxy, views)
-    chosen = measuring_photos(cosines)
+    chosen = measuring_photos(cosines, views_apart(views, cells.mean(0)))
     square = chosen & (cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG)))
     normals = proxy.mesh.vertex_normals()
     count = chosen.sum(axis=1)

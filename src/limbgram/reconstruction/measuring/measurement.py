@@ -50,7 +50,11 @@ from limbgram.reconstruction.measuring.reference_plate import (
     with_softer_plate,
 )
 from limbgram.reconstruction.measuring.uncertainty import with_sigma
-from limbgram.reconstruction.measuring.visibility import best_views, incidence_cosine_blocks
+from limbgram.reconstruction.measuring.visibility import (
+    best_views,
+    incidence_cosine_blocks,
+    views_apart,
+)
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.surface.brim import BrimOptions, level_brim
@@ -230,12 +234,13 @@ def _measuring_photos(
 
     All vertices are meant, or the selected ones.
     """
+    apart = views_apart(views, mesh.vertices_mm.mean(0))
     best: list[Int32[np.ndarray, "b c"]] = []
     unseen: list[Bool[np.ndarray, " b"]] = []
     for cosines in incidence_cosine_blocks(mesh, views, GRAZING_DEG, selected):
         unseen.append((cosines > 0).sum(axis=1) < 2)
         cosines[~measuring_views(cosines)] = 0
-        best.append(best_views(cosines, MAX_VIEWS))
+        best.append(best_views(cosines, MAX_VIEWS, apart))
     return np.concatenate(best), np.concatenate(unseen)
 
 

@@ -91,7 +91,7 @@ _JOINT_THIN_PLATE_PX = 3.0
 
 
 MAX_VIEWS = 6
-"""Photos per vertex, the most frontal ones."""
+"""Photos per vertex, the most frontal ones of those that lie apart."""
 MAX_INCIDENCE_DEG = 65.0
 """Photos that see a vertex at a larger incidence angle are left out, unless"""
 _LEAST_VIEWS = 3

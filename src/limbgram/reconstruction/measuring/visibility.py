@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
-from jaxtyping import Float32, Int32, Int64
+from jaxtyping import Bool, Float32, Int32, Int64
 
-from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, unit
 
 _RAY_START_EDGES = 0.5
 """A ray starts this many edge lengths above its vertex, so that it misses its own triangles."""
@@ -105,8 +105,37 @@ def _rays_to_camera(
         cosine[n] = total
 
 
-def best_views(cosines: Float32[np.ndarray, "n k"], count: int) -> Int32[np.ndarray, "n c"]:
-    """The `count` most frontal views of each vertex, best first; -1 where there are fewer."""
+_LEAST_APART_DEG = 8.0
+"""Angle between two views below which they lie side by side. Of 72 photos of one walk, five degrees
+from each to the next, the most frontal six left an RMS of 0.083 mm, and contours 2.1 to 3.1 sigma
+too long; those of them that lie apart 0.064 mm, as 36 and 12 photos do, and 0.2 to 2.5 sigma."""
+
+
+def views_apart(views: Sequence[View], middle_mm: Vector3) -> Bool[np.ndarray, " k"]:
+    """Views that lie apart as seen from the middle of an object; of those side by side the finest.
+
+    Fineness is that of a pixel there.
+    """
+    rays = unit(np.array([view.centre_in_world for view in views]) - middle_mm)
+    beside = rays @ rays.T > np.cos(np.radians(_LEAST_APART_DEG))
+    pixel_mm = [float(view.pixel_size_at(middle_mm[None])[0]) for view in views]
+    apart = np.zeros(len(views), np.bool_)
+    for k in np.argsort(pixel_mm, kind="stable"):
+        apart[k] = not (beside[k] & apart).any()
+    return apart
+
+
+def best_views(
+    cosines: Float32[np.ndarray, "n k"], count: int, apart: Bool[np.ndarray, " k"]
+) -> Int32[np.ndarray, "n c"]:
+    """The `count` most frontal views of each vertex, best first; -1 where there are fewer.
+
+    Args:
+        apart: Views that alone count where as many of them see a vertex: of many photos the most
+            frontal ones lie so close together that their rays hardly tell depth.
+    """
+    enough = (cosines[:, apart] > 0).sum(axis=1, keepdims=True) >= count
+    cosines = np.where(enough & ~apart, np.float32(0), cosines)
     count = min(count, cosines.shape[1])
     order = np.argsort(-cosines, axis=1, kind="stable")[:, :count].astype(np.int32)
     return np.where(np.take_along_axis(cosines, order, 1) > 0, order, np.int32(-1))

@@ -1,5 +1,7 @@
 """Which photo sees which vertex, against rays cut with every triangle."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from limbgram.reconstruction.measuring.visibility import (
     best_views,
     incidence_cosines,
     typical_edge_mm,
+    views_apart,
 )
 
 CAMERA = Camera(width_px=300, height_px=300, fx=900.0, fy=900.0, cx=149.5, cy=149.5, k1=-0.1)
@@ -83,8 +86,45 @@ def test_cosines_are_those_of_rays_that_meet_nothing(steepest_deg: float) -> Non
 def test_best_views_are_the_most_frontal_ones(seed: int) -> None:
     random = np.random.default_rng(seed)
     cosines = (random.random((30, 6)) * (random.random((30, 6)) > 0.5)).astype(np.float32)
-    found = best_views(cosines, 4)
+    found = best_views(cosines, 4, np.ones(6, bool))
     for row, chosen in zip(cosines.tolist(), found.tolist()):
         seeing = [k for k, cosine in enumerate(row) if cosine > 0]
         seeing = sorted(seeing, key=lambda k: -row[k])[:4]
         assert chosen == seeing + [-1] * (4 - len(seeing))
+
+
+def test_of_many_photos_those_are_best_that_lie_apart() -> None:
+    """72 photos, five degrees from each to the next: the most frontal six lay within 25 degrees."""
+    around_deg = np.arange(0.0, 360.0, 5.0)
+    apart = views_apart(_round(around_deg), np.zeros(3))
+    np.testing.assert_array_equal(around_deg[apart], np.arange(0.0, 360.0, 10.0))
+    cosines = np.maximum(np.cos(np.radians(around_deg - 1.0)), 0.0)[None].astype(np.float32)
+    (found,) = best_views(cosines, 6, apart)
+    assert around_deg[found].tolist() == [0.0, 10.0, 350.0, 20.0, 340.0, 30.0]
+
+
+def test_of_photos_ten_degrees_apart_none_is_passed_over() -> None:
+    assert views_apart(_round(np.arange(0.0, 360.0, 10.0)), np.zeros(3)).all()
+
+
+def test_of_photos_side_by_side_the_finest_counts() -> None:
+    far, near = _round([0.0, 45.0]), _round([3.0], 400.0)
+    assert views_apart([*far, *near], np.zeros(3)).tolist() == [False, True, True]
+
+
+def test_a_place_that_few_photos_see_is_measured_by_those_side_by_side_too() -> None:
+    views = _round([0.0, 3.0, 50.0, 120.0])
+    cosines = np.array([[0.9, 0.95, 0.5, 0.0], [0.9, 0.95, 0.5, 0.1]], np.float32)
+    found = best_views(cosines, 3, views_apart(views, np.zeros(3)))
+    assert found.tolist() == [[1, 0, 2], [0, 2, 3]]
+
+
+def _round(around_deg: Sequence[float] | np.ndarray, radius_mm: float = 1000.0) -> list[View]:
+    """Views at these angles from a spiral that widens a little from each to the next."""
+    up = np.array([0.0, 0.0, 1.0])
+    angles = np.radians(around_deg)
+    radii_mm = radius_mm + 0.1 * np.arange(len(angles))
+    centres = radii_mm[:, None] * np.column_stack(
+        [np.cos(angles), np.sin(angles), np.zeros(len(angles))]
+    )
+    return [View("", CAMERA, Rigid.looking_at(centre, np.zeros(3), up)) for centre in centres]
