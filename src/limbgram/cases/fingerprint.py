@@ -11,7 +11,6 @@ import json
 import platform
 import re
 import sys
-import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -25,6 +24,7 @@ import numpy as np
 
 import limbgram
 from limbgram.cases.encoding import to_tree
+from limbgram.core.syntax import PARSING
 
 _PACKAGE = Path(limbgram.__file__).parent
 _BEHIND = {
@@ -39,9 +39,6 @@ _IMPORT = re.compile(
     rb"^[ \t]*(?:from[ \t]+\S+[ \t]+)?import[ \t]+(?:\([^)]*\)|[^(\n]*)", re.MULTILINE
 )
 """An import statement; each has a line of its own in this project."""
-_PARSING = threading.Lock()
-"""Held while a source is parsed: CPython counts the depth of trees for all threads together, and
-two that parse at once fail ("AST constructor recursion depth mismatch")."""
 
 
 @dataclass
@@ -199,7 +196,7 @@ def _imports(source: bytes) -> ast.Module:
 
     Parsing whole files takes ten times as long.
     """
-    with _PARSING:
+    with PARSING:
         if b"import_module(" not in source:
             with suppress(SyntaxError):  # lines of a text that look like imports
                 return ast.parse(b"\n".join(line.lstrip() for line in _IMPORT.findall(source)))

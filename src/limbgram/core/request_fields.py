@@ -20,6 +20,8 @@ from functools import cache
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Union, cast, get_args, get_origin
 
+from limbgram.core.syntax import PARSING
+
 
 @dataclass(frozen=True)
 class Within:
@@ -242,8 +244,9 @@ def _meanings(kind: type) -> dict[str, str]:
 
 
 def _under_fields(kind: type) -> dict[str, str]:
-    source = textwrap.dedent(inspect.getsource(kind))
-    body = cast(ast.ClassDef, ast.parse(source).body[0]).body
+    with PARSING:
+        source = textwrap.dedent(inspect.getsource(kind))
+        body = cast(ast.ClassDef, ast.parse(source).body[0]).body
     meanings: dict[str, str] = {}
     for line, below in pairwise(body):
         if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name):

@@ -1,5 +1,8 @@
 """What a dataclass says of its own fields is what doors get to know of them."""
 
+import gc
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import MISSING, dataclass
 from typing import Annotated, Literal
 
@@ -7,6 +10,7 @@ import pytest
 
 from limbgram.core.request_fields import Flag, Within, declared, purpose_of
 from limbgram.core.typed import Mismatch, value_of
+from limbgram.workbench.edits.editing import EDITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,3 +92,24 @@ def test_the_app_is_held_to_the_limits() -> None:
     ):
         with pytest.raises(pydantic.ValidationError):
             cut.validate_python(wrong)
+
+
+def test_threads_that_ask_at_once_are_all_answered() -> None:
+    """As a page does that asks for edits and exports: one got "AST constructor recursion depth
+    mismatch" where a collection of garbage gave way to another thread."""
+
+    def gives_way(*_: object) -> None:
+        sum(range(200))
+
+    rare, often = gc.get_threshold(), sys.getswitchinterval()
+    try:
+        gc.callbacks.append(gives_way)
+        gc.set_threshold(300)
+        sys.setswitchinterval(1e-6)
+        with ThreadPoolExecutor(8) as threads:
+            told = list(threads.map(declared.__wrapped__, 2 * EDITS))
+    finally:
+        sys.setswitchinterval(often)
+        gc.set_threshold(*rare)
+        gc.callbacks.remove(gives_way)
+    assert told == [declared(one) for one in 2 * EDITS]
