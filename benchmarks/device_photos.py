@@ -5,14 +5,14 @@
 A limb of exact landmarks (limbs.py) is painted, a magenta mark on each landmark, photographed by
 the project's own generator (upside down, on the end where it is cut) and reconstructed once. The
 marks are found in the photos, and those that are not are laid on by hand; the angles by them, with
-their intervals, are held against those of the truth. Then the landmarks are laid on the surface with a stated error along it, drawn by 40
-seeds; the angles of each draw are held against the truth likewise, and by how much each landmark
-turns them is told. With landmarks without error: lengths and girths; a joint turned as the
-workbench does it, against the same turn of the truth about the true axis, away from the band, and
-what of that the turn itself adds. At last a device is made of the first draw through the program's
-service, and its 3MF read back: the thickness, measured from the positive, against what was asked;
-PrusaSlicer. What stands in OUT is kept, and captures under --keep too, so that a run that was
-stopped goes on.
+their intervals, are held against those of the truth. Then the landmarks are laid on the surface
+with a stated error along it, drawn by 40 seeds; the angles of each draw are held against the truth
+likewise, and by how much each landmark turns them is told. With landmarks without error: lengths
+and girths; a joint turned as the workbench does it, against the same turn of the truth about the
+true axis, away from the band, and what of that the turn itself adds. At last a device is made of
+the first draw through the program's service, and its 3MF read back: the thickness, measured from
+the positive, against what was asked; PrusaSlicer. What stands in OUT is kept, and captures under
+--keep too, so that a run that was stopped goes on.
 """
 
 import argparse
