@@ -309,10 +309,11 @@ def carve(region: Region, masked: tuple[MaskedView, ...], slack_mm: float) -> Re
 
 def _distance_outside(mask: Mask, size: tuple[int, int]) -> Float32[np.ndarray, "rows columns"]:
     touched = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0
-    return np.asarray(
-        cv2.distanceTransform((~touched).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE),
-        np.float32,
+    distance = cv2.distanceTransform(
+        (~touched).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
     )
+    # OpenCV's last digit depends on where in memory the mask lies; squares of distances are whole.
+    return np.sqrt(np.rint(np.square(distance, dtype=np.float64))).astype(np.float32)
 
 
 LEAST_POINTS = 60
