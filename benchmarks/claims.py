@@ -273,13 +273,14 @@ def landmarks() -> str:
 def angles() -> str:
     """How far angles are off where landmarks are placed with an error, of feet and of the trunk."""
     cases = result("device_photos")["cases"]
-    feet = [one for name, one in cases.items() if name.startswith("foot")]
+    every = [one for name, one in cases.items() if name.startswith("foot")]
+    feet, marked = ([one for one in every if ("marked" in one) is has] for has in (False, True))
     trunks = [one for name, one in cases.items() if name.startswith("trunk")]
     heads = ("angle", "off, marks painted and found in photos", "off (RMS), marks off by 0.5 mm",
              "by 2 mm", "± held, in draws", "most sensitive to")  # fmt: skip
     rows = [
-        (name.removesuffix("_deg").replace("_", " "), *_angle_cells(bodies, name))
-        for bodies in (feet, trunks)
+        (name.removesuffix("_deg").replace("_", " "), *_angle_cells(bodies, with_marks, name))
+        for bodies, with_marks in ((feet, marked), (trunks, []))
         for name in bodies[0]["angles"]["0.5 mm"]
     ]
     wide = sorted({one["width_px"] for one in feet})
@@ -287,10 +288,11 @@ def angles() -> str:
         _lengths_at(width, [one["measures"] for one in feet if one["width_px"] == width])
         for width in wide
     )
+    lengths += "\n" + _lengths_at(3000, [one["measures"] for one in marked], ", with marks")
     return f"{table(heads, rows)}\n\n{lengths}\n\n" + _measured_on(("device_photos",))
 
 
-def _lengths_at(width_px: int, feet: Sequence[Json]) -> str:
+def _lengths_at(width_px: int, feet: Sequence[Json], how: str = "") -> str:
     """How far lengths and girths of feet are off that were seen in photos of this width."""
     off = [row["off"] for foot in feet for key, row in foot.items() if row and key.endswith("_mm")]
     told = [
@@ -302,15 +304,14 @@ def _lengths_at(width_px: int, feet: Sequence[Json]) -> str:
         )
     ]
     return (
-        f"- Photos {width_px} px wide: {sum(abs(one) <= 0.3 for one in off)} of {len(off)} lengths "
-        f"and girths within 0.3 mm; {'; '.join(told)}."
+        f"- Photos {width_px} px wide{how}: {sum(abs(one) <= 0.3 for one in off)} of {len(off)} "
+        f"lengths and girths within 0.3 mm; {'; '.join(told)}."
     )
 
 
-def _angle_cells(bodies: Sequence[Json], name: str) -> Sequence[str]:
+def _angle_cells(bodies: Sequence[Json], marked: Sequence[Json], name: str) -> Sequence[str]:
     """Of one angle: errors of the bodies, how often its interval held, its worst landmark."""
-    marked = [one["marked"]["angles"][name] for one in bodies if "marked" in one]
-    off = [abs(one["off_deg"]) for one in marked if one]
+    off = [abs(one["marked"]["angles"][name]["off_deg"]) for one in marked]
     drawn = [marks[name] for one in bodies for marks in one["angles"].values()]
     slopes = [(slope, mark) for one in bodies for mark, slope in one["by_landmark"][name].items()]
     slope, mark = max(slopes)

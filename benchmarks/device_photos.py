@@ -2,17 +2,17 @@
 
     python benchmarks/device_photos.py DATA -o benchmarks/results/device_photos.json
 
-A limb of exact landmarks (limbs.py) is painted, a magenta mark on each landmark, photographed by
-the project's own generator (upside down, on the end where it is cut) and reconstructed once. The
-marks are found in the photos, and those that are not are laid on by hand; the angles by them, with
-their intervals, are held against those of the truth. Then the landmarks are laid on the surface
-with a stated error along it, drawn by 40 seeds; the angles of each draw are held against the truth
-likewise, and by how much each landmark turns them is told. With landmarks without error: lengths
-and girths; a joint turned as the workbench does it, against the same turn of the truth about the
-true axis, away from the band, and what of that the turn itself adds. At last a device is made of
-the first draw through the program's service, and its 3MF read back: the thickness, measured from
-the positive, against what was asked; PrusaSlicer. What stands in OUT is kept, and captures under
---keep too, so that a run that was stopped goes on.
+A limb of exact landmarks (limbs.py) is painted, photographed by the project's own generator (upside
+down, on the end where it is cut) and reconstructed once. Two feet also have a magenta mark painted
+on each landmark: the marks are found in the photos, and those that are not are laid on by hand; the
+angles by them, with their intervals, are held against those of the truth. The landmarks are laid on
+the surface with a stated error along it, drawn by 40 seeds; the angles of each draw are held
+against the truth likewise, and by how much each landmark turns them is told. With landmarks without
+error: lengths and girths; a joint turned as the workbench does it, against the same turn of the
+truth about the true axis, away from the band, and what of that the turn itself adds. At last a
+device is made of the first draw through the program's service, and its 3MF read back: the
+thickness, measured from the positive, against what was asked; PrusaSlicer. What stands in OUT is
+kept, and captures under --keep too, so that a run that was stopped goes on.
 """
 
 import argparse
@@ -98,11 +98,11 @@ class Case:
     turn: Repose
     device: str
     values: tuple[tuple[str, float], ...]
-    mark_mm: float = 6.0
-    """Diameter of the painted marks."""
+    mark_mm: float | None = None
+    """Diameter of the marks that are painted on its landmarks; None: it has none."""
 
 
-CASES: Final = (
+_UNMARKED: Final = (
     Case(
         name="foot of the child",
         kind="foot",
@@ -128,7 +128,6 @@ CASES: Final = (
             ("spring_height_mm", 21.0),
             ("spring_width_mm", 24.0),
         ),
-        mark_mm=8.0,
     ),
     Case(
         name="trunk of the child, x 0.65",
@@ -139,8 +138,13 @@ CASES: Final = (
         turn=Repose(joint="side bend", by_deg=5.0, band_mm=60.0),
         device="tlso-front",
         values=(("wall_mm", 4.0), ("waist_strap_mm", 25.0)),  # as narrow as the trunk is small
-        mark_mm=9.0,
     ),
+)
+
+CASES: Final = (
+    *_UNMARKED,
+    replace(_UNMARKED[0], name=f"{_UNMARKED[0].name}, marked", mark_mm=6.0),
+    replace(_UNMARKED[1], name=f"{_UNMARKED[1].name}, marked", mark_mm=8.0),
 )
 
 
@@ -189,14 +193,18 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
     skin = stage_truth(options).limb
     lift = np.array([0.0, 0.0, skin.base_mm])
     true_mesh = skin.mesh
-    options = replace(
-        options,
-        spots=tuple(
-            SockSpot(near_mm=tuple((place + lift).tolist()), diameter_mm=case.mark_mm)
-            for place in stood.places.values()
-        ),
-    )
-    true = dict(zip(stood.places, places_mm(skin, options.spots), strict=True))
+    places = {name: place + lift for name, place in stood.places.items()}
+    nearest = tree_on(true_mesh).closest(np.stack([*places.values()]))
+    true = dict(zip(places, nearest.points_mm, strict=True))
+    if case.mark_mm is not None:
+        options = replace(
+            options,
+            spots=tuple(
+                SockSpot(near_mm=tuple(place.tolist()), diameter_mm=case.mark_mm)
+                for place in places.values()
+            ),
+        )
+        true = dict(zip(places, places_mm(skin, options.spots), strict=True))
     try:
         surface = _reconstructed(options, folder)
     except LimbgramError as refusal:
@@ -205,7 +213,8 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
     exact = _limb_of(case, true_mesh, true, None, stood.limb_from_world(lift))
     measured = _limb_of(case, mesh, surface.laid(true), 1e-3, stood.limb_from_world(lift))
     found["landmarks_off_mm"] = surface.off_mm(true)
-    found["marked"] = _marked(exact, surface, true)
+    if case.mark_mm is not None:
+        found["marked"] = _marked(exact, surface, true)
     found["measures"] = _measures(exact, measured)
     found["angles"] = {f"{sigma:g} mm": _angles(exact, surface, true, sigma) for sigma in PLACED_MM}
     found["by_landmark"] = _by_landmark(exact)
