@@ -10,12 +10,12 @@ beforeEach(() => {
   vi.resetModules();
 });
 
-test("axes that were set by the way somebody looked are set: the next thing is to measure", async () => {
-  const { useAxes } = await import("../src/screens/align/axes");
+/** An aligned case with this limb. */
+function subjectOf(limb: { frame: object; reply: object } | null) {
   const nothing = async () => {};
-  const subject = {
+  return {
     openCase: { id: "K7Q-4F2", again: nothing },
-    limb: null,
+    limb,
     aligned: true,
     kind: "transtibial",
     side: "left",
@@ -24,6 +24,11 @@ test("axes that were set by the way somebody looked are set: the next thing is t
     asked: { again: nothing, askedSince: () => false },
     take: () => {},
   };
+}
+
+test("axes that were set by the way somebody looked are set: the next thing is to measure", async () => {
+  const { useAxes } = await import("../src/screens/align/axes");
+  const subject = subjectOf(null);
   const made = await running(() => useAxes(subject as never, { places: [], known: [] } as never));
   expect(made.now.chosenAnew).toBe(false);
   made.now.front.value = [0, 1, 0];
@@ -44,23 +49,15 @@ test("axes that are set again keep the end up that is shown, as their form says"
     return json({ aligned: true, places: [] });
   });
   const { useAxes } = await import("../src/screens/align/axes");
-  const nothing = async () => {};
   const rotation = [
     [1, 0, 0],
     [0, -1, 0],
     [0, 0, -1],
   ];
-  const subject = {
-    openCase: { id: "K7Q-4F2", again: nothing },
-    limb: { frame: { rotation, translation: [0, 0, 0] }, reply: { flexion_deg: 0 } },
-    aligned: true,
-    kind: "transtibial",
-    side: "left",
-    saved: signal(""),
-    act: { run: async (act: () => Promise<void>) => await act() },
-    asked: { again: nothing, askedSince: () => false },
-    take: () => {},
-  };
+  const subject = subjectOf({
+    frame: { rotation, translation: [0, 0, 0] },
+    reply: { flexion_deg: 0 },
+  });
   const made = await running(() => useAxes(subject as never, { places: [], known: [] } as never));
   made.now.set();
   await made.rest();
@@ -84,7 +81,6 @@ test("axes that are set again on a page loaded anew keep the flexion of the join
     return json({ aligned: true, places: [] });
   });
   const { useAxes } = await import("../src/screens/align/axes");
-  const nothing = async () => {};
   const turn = Math.PI / 3;
   const rotation = [
     [1, 0, 0],
@@ -92,17 +88,7 @@ test("axes that are set again on a page loaded anew keep the flexion of the join
     [0, Math.sin(turn), Math.cos(turn)],
   ];
   const loaded = { frame: { rotation, translation: [0, 0, 0] }, reply: { flexion_deg: 60 } };
-  const subject = {
-    openCase: { id: "K7Q-4F2", again: nothing },
-    limb: null as typeof loaded | null,
-    aligned: true,
-    kind: "transtibial",
-    side: "left",
-    saved: signal(""),
-    act: { run: async (act: () => Promise<void>) => await act() },
-    asked: { again: nothing, askedSince: () => false },
-    take: () => {},
-  };
+  const subject = subjectOf(null);
   const arrived = signal(false);
   const made = await running(() => {
     const limb = arrived.value ? loaded : null;

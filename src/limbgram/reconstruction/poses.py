@@ -36,6 +36,7 @@ from limbgram.core.geometry.frames import (
     angle_between_deg,
 )
 from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.interval import rms
 from limbgram.core.run import Run
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import Cameras
@@ -722,7 +723,7 @@ def _cameras_from_board(detections: BoardDetections, lenses: Sequence[Camera]) -
             shown = View(one.name, lens, board).project(detections.corners_mm[one.ids])
             boards[one.photo_idx] = board
             off_px = np.linalg.norm(shown - one.xy_px, axis=1)
-            missed[one.photo_idx] = float(np.sqrt(np.mean(off_px**2))) / lens.width_px
+            missed[one.photo_idx] = rms(off_px) / lens.width_px
     usual = float(np.median(list(missed.values()))) if missed else 0.0
     most = max(_LEAST_MISS, _MISSED * usual)
     return {photo: board for photo, board in boards.items() if missed[photo] <= most}

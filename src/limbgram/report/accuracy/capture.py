@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.interval import rms
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
@@ -262,9 +263,7 @@ def _girth(mesh: Mesh, plane: TapePlane) -> Figure | None:
 
 def _relative_rms(lengths: list[LengthCheck]) -> float:
     """Root mean square of the relative errors."""
-    if not lengths:
-        return math.nan
-    return float(np.sqrt(np.mean([one.error**2 for one in lengths])))
+    return rms(np.array([one.error for one in lengths]))
 
 
 def _board_seen(evidence: Evidence) -> BoardSeen | None:

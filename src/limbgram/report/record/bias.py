@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limbgram.core.errors import CarveError
+from limbgram.core.interval import rms
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
 from limbgram.findings import Finding, note
@@ -113,7 +114,7 @@ def _surface_bias(mesh: Mesh, case: CaseSource | None) -> Bias:
     return Bias(
         step="surface",
         bias_mm=None,
-        typical_mm=float(np.sqrt(np.mean(known.astype(np.float64) ** 2))),
+        typical_mm=rms(known.astype(np.float64)),
         largest_mm=None,
         volume_share=None,
         basis=note("record.bias.surface.own"),

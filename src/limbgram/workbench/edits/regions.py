@@ -26,6 +26,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.polyline import distances_along
+from limbgram.core.interval import rms
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import Closest
 from limbgram.core.mesh.mesh import Mesh, dots, unit
@@ -490,7 +491,7 @@ def roughness_mm(mesh: Mesh) -> float:
     out = dots(towards, mesh.vertex_normals())
     beyond = out - mean @ out
     inner = ~on_open_edge(mesh)
-    return float(np.sqrt(np.mean(beyond[inner] ** 2))) if inner.any() else 0.0
+    return rms(beyond[inner]) if inner.any() else 0.0
 
 
 def _largest_section_rows(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:

@@ -114,19 +114,16 @@ def _slopes_by_top(turned: Sigmas, level: Level) -> dict[str, Float64[np.ndarray
     top = int(turned.mesh.vertices_mm[:, 2].argmax())
     lift = np.zeros(len(turned.mesh))
     lift[top] = turned.normals[top, 2] * MEASURING_LEVEL / LEVELS
-    names = tuple(_level_measures(level))
-
-    def values_of(found: Level) -> Float64[np.ndarray, " k"]:
-        measures = _level_measures(found)
-        return np.array([measures[name].value for name in names])
-
-    slopes = kinked_slopes(
-        values_of(level_at(turned.mesh, level.height_mm + PLACE_STEP_MM)),
-        values_of(level),
-        values_of(level_at(turned.mesh, level.height_mm - PLACE_STEP_MM)),
-        PLACE_STEP_MM,
+    here = _level_measures(level)
+    above, below = (
+        _level_measures(level_at(turned.mesh, level.height_mm + step))
+        for step in (PLACE_STEP_MM, -PLACE_STEP_MM)
     )
-    return {name: slope * lift for name, slope in zip(names, slopes.tolist(), strict=True)}
+    ahead, values, behind = (
+        np.array([at[name].value for name in here]) for at in (above, here, below)
+    )
+    slopes = kinked_slopes(ahead, values, behind, PLACE_STEP_MM)
+    return {name: slope * lift for name, slope in zip(here, slopes.tolist(), strict=True)}
 
 
 def require_closed_above(subject: Subject) -> None:

@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.interval import MAD_TO_SIGMA
+from limbgram.core.interval import MAD_TO_SIGMA, rms
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import landmarks_by_identity
@@ -223,7 +223,7 @@ def pair_findings(pair: Pair, move: Displacements) -> tuple[Finding, ...]:
     notes.append(note("template.pair.aligned", before=before, after=after, how=move.alignment.how))
     notes += move.alignment.notes
     most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
-    rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
+    rms_mm = rms(move.moved_mm)
     if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:
         notes.append(
             doubt(
