@@ -85,16 +85,23 @@ def lens_explanations(
         floor = RELATIVE_FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
         free = equations.of_deviations.eliminating(equations.columns_of_cameras())
         every = estimate_spread(free, USUAL_SPREAD, MAX_SPREAD, least=MIN_SPREAD * USUAL_SPREAD)
-        rolling = _ROLLING in scene.own.deviations
-        strong = rolling and _beyond_usual(free, every, deviation_slice(_ROLLING))
+        # a shift of the principal point would else be a rolling shutter carried along its axis
+        freed = [deviation_slice(kind) for kind in scene.own.deviations]
+        most = np.where(_mask(*freed), MAX_SPREAD, USUAL_SPREAD)
+        beyond = {
+            kind: _beyond_usual(free, most, numbers)
+            for kind, numbers in zip(scene.own.deviations, freed, strict=True)
+        }
         calibrated = all(one.source == "board" for one in priors)
         for kind in scene.own.deviations:
             to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
             if kind != "focal length":
                 to_effect = [_displacement_on_limb(scene, k, kind, limb) for k in scene.placed]
                 least = floor
-            one = _deviation_term(equations, free, every, kind, to_effect, least, calibrated)
-            if one is not None and kind != _ROLLING and strong:
+            one = _deviation_term(
+                equations, free, every, kind, to_effect, least, calibrated, beyond[kind]
+            )
+            if one is not None and kind != _ROLLING and beyond.get(_ROLLING, False):
                 one = replace(one, failed=("lens", *one.failed))
             found.append(one)
     shown = (one for one in found if one is not None and one.chance <= SIGNIFICANCE_LEVEL)
@@ -129,12 +136,14 @@ def _deviation_term(
     to_effect: Sequence[Float64[np.ndarray, "e q"]],
     floor: float,
     calibrated: bool,
+    beyond_usual: bool,
 ) -> Explanation | None:
     """A kind of deviation as a random effect in each photo; None where it is not significant.
 
     Args:
         every: The estimated spread of all kinds.
         to_effect: By photo, the map from the parameters of the kind to their effect.
+        beyond_usual: Whether its spread is beyond that of usual cameras.
     """
     numbers = deviation_slice(kind)
     photos = len(equations.photos)
@@ -154,7 +163,7 @@ def _deviation_term(
     wider = np.minimum(SPREAD_MARGIN * every.spread, MAX_SPREAD)
     passed: dict[Rule, bool] = {
         "model": calibrated,
-        "size": largest.low >= floor or _beyond_usual(free, every, numbers),
+        "size": largest.low >= floor or beyond_usual,
         "one photo": _is_significant_beside(
             without_largest, numbers, size, USUAL_SPREAD * MIN_SPREAD
         ),
@@ -183,15 +192,24 @@ def _deviation_term(
     )
 
 
-def _beyond_usual(free: NormalEquations, every: SpreadEstimate, numbers: slice) -> bool:
-    """Whether the spread of a kind is significantly larger than the usual one."""
-    ratio = every.likelihood_ratio - _bounded_spread(free, numbers, most=1.0).likelihood_ratio
+def _beyond_usual(free: NormalEquations, most: Float64[np.ndarray, "9"], numbers: slice) -> bool:
+    """Whether the spread of a kind is significantly larger than the usual one.
+
+    Args:
+        most: Upper bound of each spread beside it.
+    """
+    usual, least = np.where(_mask(numbers), USUAL_SPREAD, most), MIN_SPREAD * USUAL_SPREAD
+    free_kind, usual_kind = (
+        estimate_spread(free, USUAL_SPREAD, bound, least=least) for bound in (most, usual)
+    )
+    ratio = free_kind.likelihood_ratio - usual_kind.likelihood_ratio
     return chi_square_tail(ratio, numbers.stop - numbers.start) <= SIGNIFICANCE_LEVEL
 
 
-def _mask(numbers: slice) -> np.ndarray:
+def _mask(*numbers: slice) -> np.ndarray:
     """Which parameters of a deviation these are."""
-    return np.isin(np.arange(DEVIATION_SIZE), np.arange(DEVIATION_SIZE)[numbers])
+    places = np.arange(DEVIATION_SIZE)
+    return np.isin(places, [place for one in numbers for place in places[one]])
 
 
 def _bounded_spread(

@@ -27,9 +27,10 @@ from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.mapping.scene import Deviation, OwnLenses, Scene
 
 DEVIATIONS: tuple[Deviation, ...] = ("principal point", "focal length", "rolling shutter")
-PRIOR_SPREAD = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
-"""Standard deviation of the parameters before the capture tells it: of the picture\'s width, of the
-focal length, and of pixels a row. More than that is no fault of a single photo."""
+PRIOR_SPREAD = {"principal point": 0.03, "focal length": 0.02, "rolling shutter": 0.01}
+"""Standard deviation of the parameters before the capture tells it: of the picture's width (a
+stabiliser that turns the view by two degrees), of the focal length, and of pixels a row. More than
+that is no fault of a single photo."""
 FEWEST_PHOTOS = 6
 """Fewest photos that tell lenses of single photos: with fewer, poses absorb the deviations."""
 _BOUND_LEVEL = 0.025
