@@ -449,7 +449,7 @@ FAULTS: dict[str, dict[str, Case]] = {
     "limb sways": _moves(MovementKind.SWAY, "movement.restless", *AGAINST_BOARD),
     "limb bends": _moves(MovementKind.BEND, "movement.shape.bent", "coach.bent"),
     "board pushed": _moves(MovementKind.PUSHED_BOARD, "board."),
-    "stabiliser": _camera_fault(Fault.STABILISER, (5.0,)),  # 1.25 % of the width
+    "stabiliser": _camera_fault(Fault.STABILISER, (5.0, 10.0)),  # 1.25 and 2.5 % of the width
     "refocusing": _camera_fault(Fault.BREATHING, (10.0,)),  # 0.4 %: three times is what matters
     "rolling shutter": _camera_fault(Fault.ROLLING),
     "one photo zoomed": {
