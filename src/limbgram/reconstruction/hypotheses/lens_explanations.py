@@ -13,7 +13,9 @@ Method  What the adjustment freed stays in the null model of everything else, an
         A rolling shutter is solved for as if all points lay equally far away. What is left of a
         strong one looks like another kind, which is no fact beside it.
         A kind matters where its effect surely does, or where its spread is beyond that of usual
-        cameras: what is usual is told where it matters alone.
+        cameras, kinds that are not free at their usual spread at most: a shift of the principal
+        point is else a rolling shutter carried along its axis. What is usual is told where it
+        matters alone.
         A kind's effect is how far a photo would show the limb's points from where they are if it
         had its camera's lens, once its pose is fitted to them (root mean square); that of a focal
         length is its relative change.
@@ -85,7 +87,6 @@ def lens_explanations(
         floor = RELATIVE_FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
         free = equations.of_deviations.eliminating(equations.columns_of_cameras())
         every = estimate_spread(free, USUAL_SPREAD, MAX_SPREAD, least=MIN_SPREAD * USUAL_SPREAD)
-        # a shift of the principal point would else be a rolling shutter carried along its axis
         freed = [deviation_slice(kind) for kind in scene.own.deviations]
         most = np.where(_mask(*freed), MAX_SPREAD, USUAL_SPREAD)
         beyond = {
