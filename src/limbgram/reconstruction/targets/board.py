@@ -126,7 +126,7 @@ class Board:
     def cells(self) -> UInt8[np.ndarray, "rows columns cell cell"]:
         """The pattern: 1 white, 0 black, by square and by cell of the marker in the square."""
         columns, rows = self.squares
-        white = np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1
+        white = (np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1) != self.marker_first
         if self.kind == "checkerboard":
             cells = np.zeros((rows, columns, _CELLS_ACROSS, _CELLS_ACROSS), np.uint8)
             cells[white] = 1

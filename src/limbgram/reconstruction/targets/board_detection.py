@@ -19,8 +19,8 @@ Method  OpenCV's detectors give ids and approximate corners; a model of each cor
         mirrored.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import NamedTuple
 
 import cv2
@@ -46,6 +46,8 @@ from limbgram.reconstruction.targets.layout import (
     conflicting_ratio,
     count_in_place,
     detect_markers,
+    ratio_beyond_a_ruler,
+    ratio_by_edges,
 )
 
 
@@ -252,21 +254,16 @@ def find_board(photos: PhotoSet, board: Board) -> BoardDetections:
     if board.kind == "checkerboard":
         return found
     if firmly_shown >= _FEW_PHOTOS:
-        largest = sorted(found.photos, key=lambda one: -one.step_px)[:_PHOTOS_FOR_RATIO]
-        read = in_parallel(
-            lambda one: detect_markers(load_luma(photos.photos[one.photo_idx]), board),
-            largest,
-            each_mb=in_flight_mb(photos.photos, SEARCH_BYTES),
-        )
-        return _with_checked_ratio(found, read, board)
+        return _with_checked_ratio(found, _ratio_in_largest(photos, found), board)
     as_taken, mirrored, read = _read_layouts(photos, board)
     if mirrored.markers > as_taken.markers:
         return _rejected(found, fault("board.mirrored", photos=mirrored.photos))
     if as_taken.is_of(board) or as_taken.photos <= firmly_shown:
-        return _with_checked_ratio(found, read, board)
+        return _with_checked_ratio(found, conflicting_ratio(read, board), board)
     other_pattern = replace(board, legacy=as_taken.marker_first)
     if as_taken.is_of(other_pattern):
-        return _with_checked_ratio(_detect(photos, other_pattern), read, other_pattern)
+        ratio = conflicting_ratio(read, other_pattern)
+        return _with_checked_ratio(_detect(photos, other_pattern), ratio, other_pattern)
     other_layout = fault(
         "board.other_layout",
         columns=as_taken.columns,
@@ -278,14 +275,31 @@ def find_board(photos: PhotoSet, board: Board) -> BoardDetections:
     return _rejected(found, other_layout)
 
 
+def _ratio_in_largest(photos: PhotoSet, found: BoardDetections) -> float | None:
+    """Measured ratio of marker to square, where it contradicts the board, in the largest photos."""
+    board = found.board
+    largest = sorted(found.photos, key=lambda one: -one.step_px)[:_PHOTOS_FOR_RATIO]
+    by_edges = (
+        ratio_by_edges(load_luma(photos.photos[one.photo_idx]), one, board) for one in largest
+    )
+    ratios = list(islice((one for one in by_edges if one is not None), _FEW_PHOTOS))
+    if len(ratios) == _FEW_PHOTOS:
+        return ratio_beyond_a_ruler(ratios, board)
+    read = in_parallel(
+        lambda one: detect_markers(load_luma(photos.photos[one.photo_idx]), board),
+        largest,
+        each_mb=in_flight_mb(photos.photos, SEARCH_BYTES),
+    )
+    return conflicting_ratio(read, board)
+
+
 def _with_checked_ratio(
-    found: BoardDetections, read: Sequence[DetectedMarkers], board: Board
+    found: BoardDetections, ratio: float | None, board: Board
 ) -> BoardDetections:
-    """The detections, rejected where the ratio of marker to square contradicts the given one.
+    """The detections, rejected where this ratio of marker to square contradicts the given one.
 
     Photos with a common fault do not tell: overexposed white eats into the black of markers.
     """
-    ratio = conflicting_ratio(read, board)
     if ratio is None or found.cause is not None:
         return found
     cause = fault(

@@ -288,8 +288,8 @@ def _fit_side(
     start = band.start(side.curve if bends else side.curve * (1, 1, 0), blur_px)
     found = minimise(start, band.cost(start), band.linearised, _DESCENT)
     blur, contrast = float(found[3]), float(found[6])
-    if not (contrast > 0 and math.isfinite(blur)):
-        return None
+    if not (contrast > 0 and math.isfinite(blur) and abs(found[0]) <= reach_px):
+        return None  # an edge beside the band is not seen
     rms = math.sqrt(2 * band.cost(found) / len(t))
     return replace(
         side,
@@ -344,9 +344,11 @@ class _Band:
 
         def step(damping: float) -> Trial[Float64[np.ndarray, "8"]] | None:
             candidate = state.copy()
-            candidate[free] -= np.linalg.solve(
-                normal + damping * np.diag(np.diag(normal)), gradient
-            )
+            damped = normal + damping * np.diag(np.diag(normal))
+            try:
+                candidate[free] -= np.linalg.solve(damped, gradient)
+            except np.linalg.LinAlgError:  # the edge left the band: no pixel tells of it
+                return None
             candidate[_BLUR] = min(max(candidate[_BLUR], _LEAST_BLUR_PX), _MOST_BLUR_PX)
             return Trial(candidate, self.cost(candidate))
 

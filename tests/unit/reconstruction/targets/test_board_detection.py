@@ -236,6 +236,23 @@ def test_a_ratio_that_a_ruler_may_miss_by_is_taken(
     assert len(find_board(photos, given).photos) == len(photos.photos)
 
 
+@pytest.mark.parametrize("spread", [0.0, 0.3])
+def test_a_marker_one_millimetre_off_is_told_whatever_ink_and_light_do_to_edges(
+    paint: Callable[..., np.ndarray], tmp_path: Path, spread: float
+) -> None:
+    """A tone curve widens black, of markers and of squares alike; a ruler errs by half as much."""
+    printed = Board.charuco("7x5", 30.0, 22.5, "4X4_50")
+    curve = np.round(255.0 * (np.arange(256) / 255.0) ** (1.0 + spread)).astype(np.uint8)
+    drawn = painted(paint, board("7x5"))  # a third of the size at a third of the distance
+    photos = photos_of(tmp_path, {name: curve[luma] for name, luma in drawn.items()})
+    assert len(find_board(photos, printed).photos) == 3
+    for given_mm in (21.5, 23.5):
+        cause = find_board(photos, replace(printed, marker_mm=given_mm)).cause
+        assert cause is not None
+        assert cause.code == "board.other_ratio"
+        assert cause.values["fitting_mm"] == pytest.approx(22.5, rel=0.012)
+
+
 def test_burnt_photos_are_blamed_and_not_the_board_whose_markers_they_thin(
     paint: Callable[..., np.ndarray], tmp_path: Path
 ) -> None:
