@@ -178,7 +178,7 @@ def conflicting_ratio(read: Sequence[DetectedMarkers], given: Board) -> float | 
 _RULER_MM = 0.5
 """Error of a side that was measured on the print with a ruler."""
 _EDGE_TOLERANCE = 0.01
-"""Error of a ratio by edges: squares of 30 px in rendered photos measure 0.5 % too large."""
+"""Error of a ratio by edges: 0.5 % in rendered squares of 25 px, 1 % with a tone curve."""
 _SQUARES_BY_EDGES = 2
 """Squares of each colour, the largest of a photo, whose sides are measured by edges."""
 _MAX_MISFIT = 0.35
