@@ -426,7 +426,7 @@ def _off_plane(
     seen = located.observations
     misses_px = seen.residuals_px(pose.apply(detections.corners_mm))
     wrong = np.isin(seen.point_idx, located.ids[off]) & (misses_px > _limit_px(located.sigma_px))
-    count = len(np.unique(seen.point_idx[wrong]))
+    count = int(np.sum(np.bincount(seen.point_idx[wrong]) > 1))  # one photo alone may be wrong
     return (SetAside("board", doubt("board.off_plane", corners=count)),) if count else ()
 
 

@@ -1,6 +1,6 @@
 """Scale from a board, against a room whose measures are known."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -93,31 +93,55 @@ def test_corners_cut_by_the_silhouette_do_no_harm(capture) -> None:
     assert abs(cut - clean) < 5e-5
 
 
+CORNER = 19
+
+
+def with_corner_in(
+    photos: Mapping[int, float], nearer_mm: float = 0.0
+) -> tuple[Scene, BoardDetections]:
+    """Photos of a flat board, in few pixels, of which these alone show one corner.
+
+    Args:
+        photos: By photo, by how many pixels it measures the corner too far right.
+        nearer_mm: How much nearer to the second of them the corner lies than the board's plane.
+    """
+    lens = Camera(width_px=720, height_px=540, fx=600.0, fy=600.0, cx=360.0, cy=265.0)
+    views = tuple(replace(view, camera=lens) for view in ring(12, 550.0))
+    shown = Capture(views, replace(scene_of(views, capsule(500, 1)), cameras=(lens,)))
+    detections = shown.detections(0.05, seed=1)
+    place = WORLD_FROM_BOARD.apply(BOARD.corners_mm)[CORNER]
+    sight = views[[*photos][1]].centre_in_world - place
+    moved = place + nearer_mm * sight / np.linalg.norm(sight)
+    seen: list[PhotoCorners] = []
+    for k, one in enumerate(detections.photos):
+        kept = (one.ids != CORNER) | (k in photos)
+        xy_px = one.xy_px.copy()
+        xy_px[CORNER] = views[k].project(moved[None])[0] + (photos.get(k, 0.0), 0.0)
+        sigmas_px = one.sigmas_px[kept]
+        seen.append(replace(one, ids=one.ids[kept], xy_px=xy_px[kept], sigmas_px=sigmas_px))
+    return shown.scene, replace(detections, photos=tuple(seen))
+
+
+def corners_off_plane(scene: Scene, detections: BoardDetections) -> list[int]:
+    found = find_scene_board(scene, detections)
+    assert len(found.control_ids) == 11  # either way it sets no scale
+    off = [one.reason for one in found.ruler.set_aside if one.reason.code == "board.off_plane"]
+    return [one.values["corners"] for one in off]
+
+
 @pytest.mark.parametrize(("nearer_mm", "told_of"), [(0.4, []), (2.0, [1])])
 def test_a_corner_of_a_flat_board_is_off_it_only_where_its_photos_say_so(
     nearer_mm: float, told_of: list[int]
 ) -> None:
     """Three neighbouring photos of few pixels show it: what their poses err by moves it along the
     line of sight, and they miss the flat board by no more than noise."""
-    lens = Camera(width_px=720, height_px=540, fx=600.0, fy=600.0, cx=360.0, cy=265.0)
-    views = tuple(replace(view, camera=lens) for view in ring(12, 550.0))
-    shown = Capture(views, replace(scene_of(views, capsule(500, 1)), cameras=(lens,)))
-    corner, photos = 19, (3, 4, 5)
-    detections = shown.detections(0.05, seed=1)
-    place = WORLD_FROM_BOARD.apply(BOARD.corners_mm)[corner]
-    sight = views[photos[1]].centre_in_world - place
-    moved = place + nearer_mm * sight / np.linalg.norm(sight)
-    seen: list[PhotoCorners] = []
-    for k, one in enumerate(detections.photos):
-        kept = (one.ids != corner) | (k in photos)
-        xy_px = one.xy_px.copy()
-        xy_px[corner] = views[k].project(moved[None])[0]
-        sigmas_px = one.sigmas_px[kept]
-        seen.append(replace(one, ids=one.ids[kept], xy_px=xy_px[kept], sigmas_px=sigmas_px))
-    found = find_scene_board(shown.scene, replace(detections, photos=tuple(seen)))
-    assert len(found.control_ids) == 11  # either way it sets no scale
-    off = [one.reason for one in found.ruler.set_aside if one.reason.code == "board.off_plane"]
-    assert [one.values["corners"] for one in off] == told_of
+    shown = with_corner_in(dict.fromkeys((3, 4, 5), 0.0), nearer_mm)
+    assert corners_off_plane(*shown) == told_of
+
+
+def test_one_photo_that_mismeasures_a_corner_does_not_lift_it_off_the_board() -> None:
+    """It moves the corner, and lies too near to it to be an outlier."""
+    assert corners_off_plane(*with_corner_in({3: 0.0, 4: 0.0, 5: 0.0, 6: 0.6})) == []
 
 
 def test_a_photo_in_which_the_board_lay_elsewhere_is_named(capture) -> None:
