@@ -25,6 +25,8 @@ _TOLERANCE = 1e-3
 _MAX_ITERATIONS = 200
 _COLUMNS = 4
 """Right-hand sides that are solved in one pass over the system."""
+_INDEX = np.uint32
+"""Type of indices in compiled loops: signed ones may count from the end, and are checked for it."""
 
 
 def solve(
@@ -34,8 +36,8 @@ def solve(
     solution = np.array(start, np.float64)
     _conjugate_gradients(
         system.data,
-        system.indices.astype(np.int32),
-        system.indptr.astype(np.int32),
+        system.indices.astype(_INDEX),
+        system.indptr.astype(_INDEX),
         1.0 / system.diagonal().astype(np.float64),
         np.ascontiguousarray(right, np.float64),
         solution,
@@ -54,7 +56,7 @@ def solve_all(
     alone.
     """
     diagonal = system.diagonal().astype(np.float64)
-    indices, starts = system.indices.astype(np.int32), system.indptr.astype(np.int32)
+    indices, starts = system.indices.astype(_INDEX), system.indptr.astype(_INDEX)
     found: list[Float64[np.ndarray, " n"]] = []
     for first in range(0, len(rights), _COLUMNS):
         batch = rights[first : first + _COLUMNS]
