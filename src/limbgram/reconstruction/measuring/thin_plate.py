@@ -347,10 +347,51 @@ def curvature_of(mesh: Mesh, thin_plate: ThinPlate, length_mm: float) -> Float64
 
     It is negative where the surface is convex, and almost 0 in folds.
     """
-    curvature = np.einsum(
-        "ij,ij->i", mesh.vertex_normals(), thin_plate.laplacian @ mesh.vertices_mm
-    )
+    return _smoothed_part(_full_curvature(mesh, thin_plate), thin_plate, length_mm)
+
+
+def _full_curvature(mesh: Mesh, thin_plate: ThinPlate) -> Float64[np.ndarray, " n"]:
+    """Twice the mean curvature along the normal, 1/mm."""
+    return np.einsum("ij,ij->i", mesh.vertex_normals(), thin_plate.laplacian @ mesh.vertices_mm)
+
+
+def _smoothed_part(
+    curvature: Float64[np.ndarray, " n"], thin_plate: ThinPlate, length_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """What a plate of this length smooths of a curvature: all of it but that of folds."""
     return curvature / (1 + (thin_plate.fold_curvature * length_mm / _FOLD_CURVATURE) ** 4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlainPlates:
+    """Plates of any length on one surface under uniform data; what they share is computed once."""
+
+    thin_plate: ThinPlate
+    bending: sp.csr_matrix
+    """Bending matrix of the plate of 1 mm."""
+    curvature: Float64[np.ndarray, " n"]
+    """Twice the mean curvature along the normal, 1/mm."""
+
+    @classmethod
+    def of(cls, mesh: Mesh, thin_plate: ThinPlate) -> "PlainPlates":
+        """The plates on a mesh whose operators these are."""
+        return cls(
+            thin_plate=thin_plate,
+            bending=bending_matrix(thin_plate, stiffness_of(thin_plate, 1.0, 1.0)),
+            curvature=_full_curvature(mesh, thin_plate),
+        )
+
+    def removed(
+        self, length_mm: float, heights: Sequence[Float64[np.ndarray, " n"]] = ()
+    ) -> list[Float64[np.ndarray, " n"]]:
+        """What the plate of that length removes from the surface, mm, and leaves of the heights."""
+        thin_plate, area = self.thin_plate, self.thin_plate.area_mm2
+        system = self.bending * length_mm**4
+        system.setdiag(system.diagonal() + area)
+        stiffness = stiffness_of(thin_plate, 1.0, length_mm)
+        smoothed = _smoothed_part(self.curvature, thin_plate, length_mm)
+        force = thin_plate.laplacian.T @ (stiffness * smoothed)
+        return solve_all(system, [force, *(area * one for one in heights)])
 
 
 def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:

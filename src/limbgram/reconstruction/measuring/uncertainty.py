@@ -68,13 +68,11 @@ from limbgram.reconstruction.measuring.disagreement import (
 from limbgram.reconstruction.measuring.measurement_pass import JointEquations, ObservedSurface
 from limbgram.reconstruction.measuring.reference_plate import ReferencePlateFit
 from limbgram.reconstruction.measuring.thin_plate import (
+    PlainPlates,
     ThinPlate,
-    bending_force,
     bending_matrix,
-    curvature_of,
     solve,
     solve_all,
-    stiffness_of,
 )
 from limbgram.reconstruction.scale.metric import MetricScene
 
@@ -200,7 +198,8 @@ def local_errors(
     correlation = _error_correlation(pool, painted)
     noise = _noise_energy(squares, equations, pool, noise_level, NOISE_RINGS, correlation)
     noise *= 1 - start_error_left  # photos displace a vertex as far as they correct it
-    unseen = _unseen_relief(kriging, reference, thin_plate, equations, painted)
+    plates = PlainPlates.of(reference.surface, thin_plate)
+    unseen = _unseen_relief(kriging, plates, thin_plate, equations, painted)
     probe_energy = error_factor * np.mean(np.square(reference.probes), axis=0)
     narrow, wide = (
         _extrapolated((reference.removed - reference.removed_smoothed) ** 2, unseen, painted, rings)
@@ -208,7 +207,7 @@ def local_errors(
         for rings in (DETAIL_RINGS, WIDE_RINGS)
     )
     detail = np.maximum(narrow, wide)  # dabs show less of it than continuous paint
-    wrinkled = _wrinkled(reference, thin_plate, equations, painted)
+    wrinkled = _wrinkled(reference, plates, equations, painted)
     lost_per_detail = _LOST_PER_DETAIL * (1 + (_WRINKLED_DETAIL - 1) * wrinkled)
     lost_per_detail *= share**_DETAIL_BY_SHARE
     variance = noise + lost_per_detail * np.maximum(detail, 0.0)
@@ -232,7 +231,7 @@ def local_errors(
 
 def _unseen_relief(
     kriging: Float64[np.ndarray, " n"],
-    reference: ReferencePlateFit,
+    plates: PlainPlates,
     thin_plate: ThinPlate,
     equations: JointEquations,
     painted: Pool,
@@ -243,10 +242,7 @@ def _unseen_relief(
     limb's relief of that length is as high as what a plate of that length removes.
     """
     length_mm = _typical_length_mm(thin_plate, equations)
-    removed = [
-        _removed_by_plate(factor * length_mm, reference, thin_plate, [])[0]
-        for factor in _GROWTH_LENGTHS
-    ]
+    removed = [plates.removed(factor * length_mm)[0] for factor in _GROWTH_LENGTHS]
     energies = np.array([robust_mean_square(heights[painted.counted]) for heights in removed])
     if not energies.all():  # a flat surface, or no painted vertex
         return kriging
@@ -386,7 +382,7 @@ def _typical_length_mm(thin_plate: ThinPlate, equations: JointEquations) -> floa
 
 
 def _wrinkled(
-    reference: ReferencePlateFit, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
+    reference: ReferencePlateFit, plates: PlainPlates, equations: JointEquations, painted: Pool
 ) -> float:
     """How far relief stays high at short wave lengths, and so below the observed ones, 0 to 1.
 
@@ -394,7 +390,7 @@ def _wrinkled(
     (`_BANDS`) at painted vertices, both without the energy of noise.
     """
     rough, smooth = _BAND_RATIOS
-    fine, coarse = _bands(reference, thin_plate, equations, painted)
+    fine, coarse = _bands(reference, plates, equations, painted)
     if min(fine.relief, coarse.relief) <= 0 or fine.relief < _MIN_RELIEF_OVER_NOISE * fine.noise:
         return 0.0
     ratio = np.sqrt(coarse.relief / fine.relief)
@@ -409,35 +405,20 @@ class _Band(NamedTuple):
 
 
 def _bands(
-    reference: ReferencePlateFit, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
+    reference: ReferencePlateFit, plates: PlainPlates, equations: JointEquations, painted: Pool
 ) -> list[_Band]:
     """Energies in the two bands of lengths at painted vertices."""
-    loads = [thin_plate.area_mm2 * probe for probe in reference.probes]
     error_factor = error_over_disagreement(equations.photo_count)[painted.counted]
     found: list[_Band] = []
     for band in _BANDS:
         removed: list[Float64[np.ndarray, "k n"]] = []
         for factor in band:
-            length_mm = factor * equations.length_mm
-            heights = _removed_by_plate(length_mm, reference, thin_plate, loads)
+            heights = plates.removed(factor * equations.length_mm, reference.probes)
             removed.append(np.array(heights)[:, painted.counted])
         total, *noises = removed[1] - removed[0]
         noise = sum(robust_mean_square(np.sqrt(error_factor) * each) for each in noises) / PROBES
         found.append(_Band(robust_mean_square(total) - noise, noise))
     return found
-
-
-def _removed_by_plate(
-    length_mm: float,
-    reference: ReferencePlateFit,
-    thin_plate: ThinPlate,
-    loads: list[Float64[np.ndarray, " n"]],
-) -> list[Float64[np.ndarray, " n"]]:
-    """What a plate of that length removes from the measured surface, mm, and leaves of loads."""
-    bending = bending_force(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
-    system = sp.csr_matrix(sp.diags(thin_plate.area_mm2) + bending @ thin_plate.laplacian)
-    force = bending @ curvature_of(reference.surface, thin_plate, length_mm)
-    return solve_all(system, [force, *loads])
 
 
 @dataclass(frozen=True, kw_only=True)

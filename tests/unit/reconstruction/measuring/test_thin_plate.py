@@ -9,7 +9,9 @@ import scipy.sparse as sp
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.thin_plate import (
+    PlainPlates,
     bending_force,
+    bending_matrix,
     curvature_of,
     quadrics,
     smoothed_moves,
@@ -190,3 +192,19 @@ def test_a_fold_keeps_its_curvature_and_noise_does_not() -> None:
         share = curvature_of(mesh, thin_plate, 1.0)[rows] / bend[rows]
         assert rows.sum() > 5
         assert (np.median(share) > 0.2) == kept
+
+
+@pytest.mark.parametrize("length_mm", [0.5, 1.0, 2.5])
+def test_plates_of_any_length_solve_their_own_equations(length_mm: float) -> None:
+    """Against equations that are put together for that length alone, solved directly."""
+    mesh = lattice(9, seed=3, bend=0.02)
+    thin_plate = thin_plate_of(mesh)
+    stiffness = stiffness_of(thin_plate, 1.0, length_mm)
+    system = bending_matrix(thin_plate, stiffness).toarray() + np.diag(thin_plate.area_mm2)
+    force = bending_force(thin_plate, stiffness) @ curvature_of(mesh, thin_plate, length_mm)
+    heights = np.random.default_rng(5).standard_normal(len(mesh))
+    rights = [force, thin_plate.area_mm2 * heights]
+    found = PlainPlates.of(mesh, thin_plate).removed(length_mm, [heights])
+    for one, right in zip(found, rights, strict=True):
+        assert np.abs(one).max() > 1e-3
+        assert np.linalg.norm(system @ one - right) <= 1.01e-3 * np.linalg.norm(right)
