@@ -319,7 +319,10 @@ def _colours_of_16_bit(picture: ImageFile, bits: int) -> ColourImage:
 
 
 def _decoded_pixels(picture: ImageFile, mode: Literal["L", "RGB"], halvings: int = 0) -> np.ndarray:
-    """Pixels of a picture in a mode, converted and reduced band by band."""
+    """Pixels of a picture in a mode, converted and reduced band by band.
+
+    Pillow copies a picture even where nothing is cut off or converted.
+    """
     factor, stored_px = 1 << halvings, picture.width
     if halvings or mode == "L":
         wanted = "L" if mode == "L" else None
@@ -331,8 +334,10 @@ def _decoded_pixels(picture: ImageFile, mode: Literal["L", "RGB"], halvings: int
     pixels = np.empty(shape if mode == "L" else (*shape, 3), np.uint8)
     rows = max(1, _BAND_PX // max(width, 1)) * factor
     for top in range(0, height, rows):
-        band = picture.crop((0, top, width, min(top + rows, height))).convert(mode)
-        reduced = band.reduce(factor) if factor > 1 else band
+        whole = rows >= height
+        band = picture if whole else picture.crop((0, top, width, min(top + rows, height)))
+        converted = band if band.mode == mode else band.convert(mode)
+        reduced = converted.reduce(factor) if factor > 1 else converted
         pixels[top // factor : top // factor + reduced.height] = np.asarray(reduced)
     return pixels
 
