@@ -30,6 +30,7 @@ from limbgram.workbench.carving.setup import (
 
 _PROFILES = 120
 """Profiles along the axis that tell how far apart the ways may lie."""
+_PROFILES_DEG = 360.0 / _PROFILES * np.arange(_PROFILES)
 _STEEPEST = 98
 """Percentile of the profiles that counts: a fold of the scan must not set the pace."""
 _LINKS = 9
@@ -81,6 +82,8 @@ def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolp
     spacing_mm = np.sqrt(3 * 2 * ball * sinking)
     field = ContactField.of(sample_surface(mesh_in_limb, spacing_mm))
     finishing = _BallContact(field, options, ball + sinking)
+    # The deepest cut is the first one, beyond the distal end: asked before the long work.
+    check_reach(options, blank, finishing.deepest_mm(low_mm - ball) - ball)
     rings_mm = finishing.rings(low_mm - ball, high_mm)
     roughing = _BallContact(field, options, ball + options.rough_allowance_mm)
     strips: list[Strip] = []
@@ -129,12 +132,15 @@ class _BallContact:
     ) -> Float64[np.ndarray, " k"]:
         return self.field.stops_mm(x_mm, np.radians(a_deg), self.ball_mm, self.options.floor_mm)
 
+    def deepest_mm(self, x_mm: float) -> float:
+        """Least distance of the ball's centre from the axis, at one place along it."""
+        return float(self.stops(np.full(_PROFILES, x_mm), _PROFILES_DEG).min())
+
     def rings(self, from_mm: float, to_mm: float) -> Float64[np.ndarray, " r"]:
         """Places along the axis between which the ball's centre moves by the step-over."""
         count = int((to_mm - from_mm) / (self.options.ball_mm / 16)) + 2
         x_mm = np.linspace(from_mm, to_mm, count)
-        angles = 360.0 / _PROFILES * np.arange(_PROFILES)
-        grid_x, grid_a = np.meshgrid(x_mm, angles, indexing="ij")
+        grid_x, grid_a = np.meshgrid(x_mm, _PROFILES_DEG, indexing="ij")
         stops = self.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape)
         rise = np.percentile(np.abs(np.diff(stops, axis=0)), _STEEPEST, axis=1)
         contact = np.append(0, np.cumsum(np.hypot(np.diff(x_mm), rise)))

@@ -199,6 +199,29 @@ def test_a_blank_or_tool_that_does_not_do_is_refused(options: CarveOptions, says
         plan_toolpath(body("cone"), options)
 
 
+def test_a_tool_too_short_is_refused_before_any_way_is_planned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A foot's program had been planned for minutes, to say what its blank alone tells."""
+    options = replace(COARSE, tool_reach_mm=30)
+    whole = planned("ellipsoid", replace(options, tool_reach_mm=120))
+    deepest_mm = min(float(strip.centre_mm.min()) for strip in whole.strips) - options.ball_mm
+    places = []
+    stops_mm = ContactField.stops_mm
+
+    def counted(field: ContactField, z_mm: np.ndarray, *rest: np.ndarray) -> np.ndarray:
+        places.append(len(z_mm))
+        return stops_mm(field, z_mm, *rest)
+
+    monkeypatch.setattr(ContactField, "stops_mm", counted)
+    with pytest.raises(CarveError) as refused:
+        plan_toolpath(body("ellipsoid"), options)
+    assert refused.value.finding.code == "carve.tool.short"
+    needed_mm = refused.value.finding.values["needed_mm"]
+    assert needed_mm == pytest.approx(whole.blank.radius_mm - deepest_mm, abs=0.01)
+    assert sum(places) < len(whole.strips[-1].x_mm) / 20
+
+
 @pytest.mark.parametrize(
     "options",
     [
