@@ -45,6 +45,8 @@ _CELLS_ACROSS = 2.5
 _FINEST_MM, _COARSEST_MM = 0.5, 2.0
 _MOST_NODES = 60e6
 """Nodes of the whole grid: 60 million take half a gigabyte."""
+_WALL_STEP_MM = 0.1
+"""Steps in which a wall thick enough for a device's size is looked for."""
 _BOX_NODES = 4
 """Nodes along a side of the boxes that are evaluated together."""
 _EDGE_CELLS = 0.85
@@ -209,14 +211,49 @@ def _level_surface(field: _ShellField, cell_mm: float) -> Mesh:
     boxes += [block.box_mm() for block in field.blocks]
     lowest: Vector3 = np.min([box[0] for box in boxes], axis=0) - reach_mm - cell_mm
     highest: Vector3 = np.max([box[1] for box in boxes], axis=0) + reach_mm + cell_mm
-    counts = np.ceil((highest - lowest) / (cell_mm * _BOX_NODES)).astype(np.int64) * _BOX_NODES + 1
+    counts = _node_counts(highest - lowest, cell_mm)
     if float(counts.prod()) > _MOST_NODES:
-        raise EditError("device.too_large", extent_mm=float((highest - lowest).max()))
+        raise _too_large(field.layout, highest - lowest, cell_mm)
     values = np.full(counts, -1.0)
     nodes = _nodes_near_device(field, near, lowest, cell_mm, counts, reach_mm)
     points = lowest + cell_mm * np.stack(np.unravel_index(nodes, tuple(counts)), axis=1)
     values.ravel()[nodes] = -field.at(points).values_mm
     return level_surface(values, lowest, cell_mm)
+
+
+def _node_counts(extents_mm: Vector3, cell_mm: float) -> Int64[np.ndarray, "3"]:
+    boxes = np.ceil(extents_mm / (cell_mm * _BOX_NODES)).astype(np.int64)
+    return np.asarray(boxes * _BOX_NODES + 1)
+
+
+def _too_large(layout: Layout, extents_mm: Vector3, cell_mm: float) -> EditError:
+    """The refusal of a grid that is too large: its extents, and what would make it small enough."""
+    thinnest = int(np.argmin(np.where(layout.beyond_mm < 0, layout.thickness_mm, np.inf)))
+    thinnest_mm = float(layout.thickness_mm[thinnest])
+    walls_mm = np.arange(thinnest_mm, _COARSEST_MM * _CELLS_ACROSS, _WALL_STEP_MM) + _WALL_STEP_MM
+    fitting_mm = None
+    for wall_mm in np.minimum(walls_mm, _COARSEST_MM * _CELLS_ACROSS).tolist():
+        coarser_mm = max(wall_mm / _CELLS_ACROSS, _FINEST_MM)
+        grown_mm = 2 * (wall_mm - thinnest_mm) + 6 * (coarser_mm - cell_mm)
+        if float(_node_counts(extents_mm + grown_mm, coarser_mm).prod()) <= _MOST_NODES:
+            fitting_mm = wall_mm
+            break
+    longest = int(np.argmax(extents_mm))
+    room_nodes = _MOST_NODES / float(np.delete(_node_counts(extents_mm, cell_mm), longest).prod())
+    room_mm = (room_nodes - _BOX_NODES - 1) * cell_mm
+    across_mm, deep_mm, high_mm = extents_mm.tolist()
+    x, y, z = layout.positive.vertices_mm[thinnest].tolist()
+    return EditError(
+        "device.too_large",
+        across_mm=across_mm,
+        deep_mm=deep_mm,
+        high_mm=high_mm,
+        longest=("across", "deep", "high")[longest],
+        over_mm=float(extents_mm[longest] - room_mm),
+        thinnest_mm=thinnest_mm,
+        point_mm=(x, y, z),
+        fitting_mm=fitting_mm,
+    )
 
 
 def _nodes_near_device(

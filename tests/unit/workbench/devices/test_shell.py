@@ -1,5 +1,7 @@
 """A shell is as thick as asked, round at its edges, closed, and bridges creases."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,6 +11,7 @@ from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, volume_mm3
+from limbgram.workbench.devices import shell as shell_making
 from limbgram.workbench.devices.blocks import Boss, RoundCone
 from limbgram.workbench.devices.proof import fold_findings, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, _without_crossings, make_shell, without_folds
@@ -251,6 +254,37 @@ def test_what_leaves_nothing_or_is_too_large_is_refused(layout: Layout) -> None:
     with pytest.raises(EditError) as refused:
         make_shell(thin)
     assert refused.value.finding.code == "device.too_large"
+
+
+@pytest.mark.parametrize("most_nodes", [4e5, 1e4])
+def test_a_device_too_large_for_its_wall_is_told_what_would_fit(
+    layout: Layout, most_nodes: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tube of 40 mm across and 62 of height, with a wall of 3 mm that is thin at one place."""
+    monkeypatch.setattr(shell_making, "_MOST_NODES", most_nodes)
+    mesh = layout.positive
+    thickness_mm = np.full(len(mesh), 3.0)
+    thickness_mm[5] = 1.0
+    thin = replace(layout, thickness_mm=thickness_mm)
+    with pytest.raises(EditError) as refused:
+        make_shell(thin)
+    said = refused.value.finding.values
+    assert said["across_mm"] == pytest.approx(40 + 2 * 5, abs=2)  # with room for the wall
+    assert said["deep_mm"] == pytest.approx(40 + 2 * 5, abs=2)
+    assert said["high_mm"] == pytest.approx(62 + 2 * 5, abs=5)
+    assert said["longest"] == "high"
+    assert said["thinnest_mm"] == 1.0
+    assert said["point_mm"] == pytest.approx(mesh.vertices_mm[5])
+    if most_nodes == 1e4:
+        assert said["fitting_mm"] is None
+        return
+    thicker = replace(thin, thickness_mm=np.maximum(thickness_mm, said["fitting_mm"]))
+    assert make_shell(thicker).cell_mm == pytest.approx(said["fitting_mm"] / 2.5)
+    too_little = replace(thin, thickness_mm=np.maximum(thickness_mm, said["fitting_mm"] - 0.3))
+    with pytest.raises(EditError):
+        make_shell(too_little)
+    lower = replace(thin, beyond_mm=thin.beyond_mm + said["over_mm"])
+    assert make_shell(lower).cell_mm == 0.5
 
 
 def test_what_is_no_solid_is_refused_with_the_place(shell: Mesh) -> None:
