@@ -8,10 +8,11 @@ Method  recipe -> positive -> edges -> covered area -> thickness -> shell -> fit
 Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import cast
 
 import numpy as np
 from jaxtyping import Float64
@@ -58,6 +59,7 @@ from limbgram.workbench.devices.trims import (
     Measure,
     amount_of,
     draw_trim,
+    measures_in,
     place_point,
     values_of,
     values_on_slender_limb,
@@ -76,6 +78,8 @@ _LEAST_SHEET_SHARE = 0.5
 """Sheets usually thin by 20 to 40 per cent over heels and malleoli; more gets a doubt."""
 _ZONE_FALLOFF_MM = 10.0
 """Falloff of an ordered zone, as of ribs and seats, so that no edge shows."""
+_SAME_THICKNESS_MM = 0.05
+"""Walls this alike at a place count as equally thick there: their triangles differ."""
 _SAME_MM = 1e-9
 """Vertices that booleans do not touch stay in place to within this."""
 _NO_RECIPE = Recipe(name="")
@@ -345,7 +349,8 @@ def make_device(limb: Limb, order: Order) -> FinishedDevice:
         assert alignment is not None
         how = "cut" if one.cut else "join"
         parts.append(imported_part(one.name, one.solid, alignment.limb_from_plate, how))
-    shell = make_shell(preview.layout, blocks)
+    with _refusals_with_causes_of_folds(preview, order, blocks):
+        shell = make_shell(preview.layout, blocks)
     if order.lettering:
         parts.append(_lettering_part(preview, shell.solid, order.lettering))
     wall = measure_wall(shell.solid, preview.layout, blocks)
@@ -359,6 +364,62 @@ def make_device(limb: Limb, order: Order) -> FinishedDevice:
         alignment=alignment,
         findings=(*preview.findings, *_wall_findings(preview, wall, solid, shell.pieces_left_out)),
     )
+
+
+def _refusals_with_causes_of_folds(
+    preview: Preview, order: Order, blocks: Sequence[Block]
+) -> AbstractContextManager[None]:
+    """Add to a refusal of a fold what thickens the wall there and without which it does not fold.
+
+    Each is left out in turn and the shell made again.
+    """
+
+    def folds_without(less: Order, place_mm: Sequence[float]) -> bool:
+        values = values_of(preview.device.measures(preview.made), less.values)
+        layout = _preview_on_positive(
+            preview.positive, less, preview.device, preview.made, values
+        ).layout
+        near_mm = 2 * float(preview.layout.thickness_mm.max())
+        there_mm = [_thickest_near(one, place_mm, near_mm) for one in (preview.layout, layout)]
+        if there_mm[0] - there_mm[1] < _SAME_THICKNESS_MM:
+            return True
+        try:
+            make_shell(layout, blocks)
+        except EditError:
+            return True
+        return False
+
+    def with_causes(finding: Finding) -> Finding:
+        if finding.code != "device.folds":
+            return finding
+        place_mm = cast(tuple[float, ...], finding.values["point_mm"])
+        causes = [
+            cause
+            for cause, less in _orders_of_less(preview, order)
+            if not folds_without(less, place_mm)
+        ]
+        return replace(finding, values={**finding.values, "causes": tuple(causes) or None})
+
+    return refusals_saying(with_causes)
+
+
+def _orders_of_less(preview: Preview, order: Order) -> Iterator[tuple[Finding, Order]]:
+    """Everything that thickens a printed wall here and there, and the order without it."""
+    device = preview.device
+    thickening = measures_in([one.add_mm for one in (*device.pads, *device.ridges)])
+    for one in device.measures(preview.made):
+        if one.name in thickening and preview.values[one.name] > 0 and one.within.holds(0.0):
+            cause = note("device.measure", label=one.en, name=one.name)
+            yield cause, replace(order, values={**order.values, one.name: 0.0})
+    for zone in order.zones:
+        cause = note("device.zone", place=zone.at, add_mm=zone.add_mm, reach_mm=zone.reach_mm)
+        yield cause, replace(order, zones=tuple(one for one in order.zones if one is not zone))
+
+
+def _thickest_near(layout: Layout, place_mm: Sequence[float], within_mm: float) -> float:
+    """The greatest thickness of the wall near a place on its outer side."""
+    near = KDTree(layout.positive.vertices_mm).query_ball_point(place_mm, within_mm)
+    return float(layout.thickness_mm[near].max(initial=0.0))
 
 
 def _wall_findings(

@@ -367,5 +367,5 @@ def without_folds(solid: Mesh) -> Mesh:
     found = unfolded(solid, ANY_SHAPE)
     if len(found.left):
         x, y, z = found.left.first_mm(found.mesh).tolist()
-        raise EditError("device.folds", count=len(found.left), point_mm=(x, y, z))
+        raise EditError("device.folds", count=len(found.left), point_mm=(x, y, z), causes=None)
     return solid.with_vertices(found.mesh.vertices_mm) if found.vertices else solid

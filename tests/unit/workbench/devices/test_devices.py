@@ -18,7 +18,7 @@ from limbgram.findings.tell import filled, terms
 from limbgram.formats.threemf import write_3mf
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.devices.body import Body
-from limbgram.workbench.devices.device import devices
+from limbgram.workbench.devices.device import WallZone, devices
 from limbgram.workbench.devices.making import Order, make_device, preview_device
 from limbgram.workbench.devices.proof import require_solid
 from limbgram.workbench.edits.offset import Offset
@@ -311,6 +311,37 @@ def test_what_is_edited_after_changes_what_it_says(bodies: dict[str, Limb]) -> N
         for seen in (plain, deeper)
     ]
     assert heights[1] - heights[0] == pytest.approx(20.0 - 14.0, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("values", "zones", "cause"),
+    [
+        pytest.param({"rib_mm": 5.0}, (), ("device.measure", "rib_mm"), marks=pytest.mark.slow),
+        (
+            {},
+            (("heel", 1.0), ("lateral malleolus", 10.0)),
+            ("device.zone", "lateral malleolus"),
+        ),
+    ],
+)
+def test_what_makes_a_wall_fold_is_named(
+    values: dict[str, float], zones: tuple[tuple[str, float], ...], cause: tuple[str, str]
+) -> None:
+    """The same device without it is made, so that it alone is the cause."""
+    child = make_foot(size=0.65)
+    order = Order(
+        device="solid-afo",
+        made="printed",
+        values=values,
+        zones=tuple(WallZone(at=at, add_mm=add_mm, reach_mm=10.0) for at, add_mm in zones),
+    )
+    with pytest.raises(EditError) as refused:
+        make_device(child, order)
+    assert refused.value.finding.code == "device.folds"
+    (named,) = refused.value.finding.values["causes"]
+    assert (named.code, named.values.get("name", named.values.get("place"))) == cause
+    assert "it would not without: " in str(refused.value)
+    make_device(child, replace(order, values={}, zones=order.zones[:1]))
 
 
 def test_a_draped_sheet_thins_over_the_heel_and_the_minimum_is_told(
