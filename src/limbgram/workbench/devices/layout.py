@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float64, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
@@ -143,8 +143,14 @@ def _distance_beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
     try:
         sides = find_sides(mesh, [edge.curve])
     except EditError as error:
-        x, y, z = _self_contact_mm(edge.curve).tolist()
-        raise EditError("device.trim.crosses", name=edge.name, point_mm=(x, y, z)) from error
+        contact = _self_contact(edge.curve)
+        x, y, z = edge.curve.points_mm[contact[0]].tolist()
+        raise EditError(
+            "device.trim.crosses",
+            name=edge.name,
+            point_mm=(x, y, z),
+            measures=edge.measures_beside(contact) or None,
+        ) from error
     near = np.isfinite(sides.signed_mm)
     start = np.where(near, np.abs(sides.signed_mm), np.inf)
     away = distances_from(mesh, start, np.ones(len(mesh), np.bool_), _REACH_MM)
@@ -154,8 +160,9 @@ def _distance_beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
     return np.where(inside, -away, away)
 
 
-def _self_contact_mm(curve: Curve) -> Vector3:
-    """Where a curve comes nearest to another part of itself; else its sharpest corner."""
+def _self_contact(curve: Curve) -> Int64[np.ndarray, " k"]:
+    """The two points of a curve at which parts of it come nearest to each other; else its sharpest
+    corner."""
     points = curve.points_mm
     count = len(points)
     pairs = KDTree(points).query_pairs(_SELF_CONTACT_MM, output_type="ndarray")
@@ -163,9 +170,9 @@ def _self_contact_mm(curve: Curve) -> Vector3:
     apart = np.minimum(along, count - along) * curve.length_mm / count > _LEAST_ARC_MM
     if not apart.any():
         ways = unit(np.roll(points, -1, axis=0) - points)
-        return points[int(np.argmin((ways * np.roll(ways, 1, axis=0)).sum(1)))]
-    first, second = pairs[apart].T
-    return points[first[int(np.argmin(lengths(points[first] - points[second])))]]
+        return np.array([np.argmin((ways * np.roll(ways, 1, axis=0)).sum(1))])
+    pairs = pairs[apart]
+    return pairs[int(np.argmin(lengths(points[pairs[:, 0]] - points[pairs[:, 1]])))]
 
 
 def _largest_kept_piece(

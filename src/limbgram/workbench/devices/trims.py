@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError, MeasureError, refusals_about
@@ -170,6 +171,19 @@ class Edge:
     curve: Curve
     """In the limb frame."""
     keeps_mm: Vector3
+    points_mm: Points3
+    """Its points, in the limb frame."""
+    measures: tuple[tuple[str, ...], ...]
+    """The measures that move each of them."""
+
+    def measures_beside(self, places: Int64[np.ndarray, " k"]) -> tuple[str, ...]:
+        """The measures that move the points before and behind places of the curve, each once."""
+        count = len(self.points_mm)
+        at = KDTree(self.curve.points_mm).query(self.points_mm, workers=1)[1]
+        behind = np.searchsorted(np.sort(at), places, side="right")
+        order = np.argsort(at, kind="stable")
+        near = np.unique(order[np.concatenate([behind - 1, behind]) % count]).tolist()
+        return tuple(dict.fromkeys(name for k in near for name in self.measures[k]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -281,6 +295,11 @@ def draw_trim(
                 name=loop.name,
                 curve=curve,
                 keeps_mm=place_point(body, loop.name, loop.keeps, values),
+                points_mm=np.stack(placed),
+                measures=tuple(
+                    () if f"{loop.name}: {point.name}" in free else measures_of(point)
+                    for point in loop.points
+                ),
             )
         )
         handles += [

@@ -344,6 +344,23 @@ def test_what_makes_a_wall_fold_is_named(
     make_device(child, replace(order, values={}, zones=order.zones[:1]))
 
 
+@pytest.mark.parametrize(("size", "below_mm"), [(0.5, 110.0), (0.45, 110.0), (0.6, 140.0)])
+def test_an_edge_that_crosses_itself_names_the_measures_that_set_it(
+    size: float, below_mm: float
+) -> None:
+    """On a child's leg the front shell would end below the ankle: less of that measure does."""
+    child = make_foot(size=size)
+    order = Order(device="ground-reaction-afo", values={"shell_below_mm": below_mm})
+    with pytest.raises(EditError) as refused:
+        preview_device(child, order)
+    said = refused.value.finding
+    assert said.code == "device.trim.crosses"
+    assert "shell_below_mm" in said.values["measures"]
+    assert "Lower edge of the front shell" in str(refused.value)
+    assert not {"below_fibula_mm", "over_tubercle_mm"} & set(said.values["measures"])
+    preview_device(child, replace(order, values={"shell_below_mm": 90.0}))
+
+
 def test_a_draped_sheet_thins_over_the_heel_and_the_minimum_is_told(
     bodies: dict[str, Limb],
 ) -> None:
