@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limbgram.core.errors import BudgetError, MatchingError, PlacementError, SurfaceError
+from limbgram.core.known_words import require_known_words
 from limbgram.core.mesh.mesh import Cloud, Mesh, Part
 from limbgram.core.notebook import brief
 from limbgram.core.run import Run
@@ -140,6 +141,9 @@ class PipelineOptions:
     most_triangles: int = MOST_TRIANGLES
     """Triangles of the mesh that is measured, at most, those of all parts together."""
     measuring: MeasureOptions = field(default_factory=MeasureOptions)
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
 
 DEFAULTS = PipelineOptions()

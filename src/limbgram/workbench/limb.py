@@ -4,9 +4,8 @@ A surface whose capture was judged red goes on saying so: by its name, which tra
 copy, and from there by the limb file of whatever is made from it.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, Self, TypeVar
 
@@ -15,6 +14,7 @@ import numpy as np
 from limbgram.core.errors import LimbgramError, MeasureError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.known_words import require_known_words
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import AnswersByMesh
 from limbgram.core.notebook import brief
@@ -41,7 +41,6 @@ __all__ = [
     "Placed",
     "Side",
     "file_name_doubt",
-    "likeliest",
     "marked_red",
     "names_apart",
 ]
@@ -63,6 +62,9 @@ class LimbFrame:
     front_told: bool = True
     """False only of what a file declares that leaves the front open, as an AOP of ampscan does: it
     is no limb's frame until somebody says where the front lies."""
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +99,9 @@ class Limb:
     """What was odd about that file and how it was taken."""
 
     __repr__ = brief
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
     @property
     def side(self) -> Side:
@@ -263,16 +268,6 @@ def names_apart(names: Sequence[str]) -> tuple[str, ...]:
             own = f"{name} ({number})"
         found.append(own)
     return tuple(found)
-
-
-def likeliest(name: str, known: Iterable[str]) -> str | None:
-    """The name that was probably meant; None if none is like.
-
-    Capitals do not count, and a slip of the pen leaves more than half of the letters (difflib).
-    """
-    by_small = {one.casefold(): one for one in known}
-    near = get_close_matches(name.strip().casefold(), by_small, n=1)
-    return by_small[near[0]] if near else None
 
 
 def marked_red(path: Path) -> Path:

@@ -16,6 +16,7 @@ from jaxtyping import Float64
 from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.files import require, write_bytes
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
+from limbgram.core.known_words import require_known_words
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.units import MM_PER_INCH
 from limbgram.findings import fault
@@ -62,6 +63,9 @@ class AopOptions:
     """Write every angle, not the spacing."""
     slices_listed: bool = True
     """Write every height, not the spacing: as all files seen from other programs do."""
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
     @property
     def all_spokes_listed(self) -> bool:

@@ -25,6 +25,7 @@ from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.core.known_words import require_known_words
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import (
     Cameras,
@@ -99,6 +100,9 @@ class MappingOptions:
     """Smallest part of the photos that makes a scene."""
     seed: int = 0
     """Seed of the mapper's random samples."""
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
 
 DEFAULTS = MappingOptions()

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float64, Int32, UInt8
 
 from limbgram.core.errors import OptionsError
+from limbgram.core.known_words import require_known_words
 from limbgram.findings import Finding, Value, note, told
 from limbgram.reconstruction.photos.photo import SetAside
 
@@ -62,6 +63,7 @@ class Board:
     """ChArUco with an even number of rows, printed by OpenCV before 4.6: a marker comes first."""
 
     def __post_init__(self) -> None:
+        require_known_words(self)
         _check_size(self)
         if self.kind == "charuco":
             _check_markers(self)

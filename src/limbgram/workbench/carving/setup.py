@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import CarveError, OptionsError
+from limbgram.core.known_words import require_known_words
 
 Radii = Float64[np.ndarray, " n"]
 
@@ -57,6 +58,9 @@ class CarveOptions:
     a_turns: Literal["tool", "work"] = "tool"
     """What turns counter-clockwise seen from proximal when A grows: the tool round the work (the
     rule of G-code: the work then turns clockwise), or the work itself."""
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
     @property
     def ball_mm(self) -> float:

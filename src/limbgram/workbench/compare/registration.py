@@ -22,6 +22,7 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.interval import widening
+from limbgram.core.known_words import require_known_words
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import match_names, paired_landmarks
@@ -78,6 +79,9 @@ class RegistrationOptions:
     mostly_unchanged: bool = False
     """Most of the surface is the same on both, so that auto goes by shape rather than landmarks:
     captures of one limb, or a cast before and after a rectification."""
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
 
 DEFAULTS = RegistrationOptions()

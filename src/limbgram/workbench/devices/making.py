@@ -20,6 +20,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError, refusals_about, refusals_saying
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.known_words import likeliest, require_known_words
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Z_AXIS, cut
 from limbgram.core.mesh.tree_cache import tree_on
@@ -66,7 +67,7 @@ from limbgram.workbench.devices.trims import (
 )
 from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.frame.landmarks import unconfirmed_finding
-from limbgram.workbench.limb import KIND_NAMED, Limb, likeliest
+from limbgram.workbench.limb import KIND_NAMED, Limb
 from limbgram.workbench.measures.geodesic import shortest_path
 from limbgram.workbench.recipe.recipe import Recipe, replay
 
@@ -116,6 +117,9 @@ class Order:
     """Raised text on the outer side of a printed wall: patient, side, date."""
 
     __repr__ = brief
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
 
 @dataclass(frozen=True, kw_only=True)

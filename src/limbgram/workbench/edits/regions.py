@@ -28,6 +28,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.polyline import distances_along
 from limbgram.core.interval import rms
 from limbgram.core.kernels import njit
+from limbgram.core.known_words import likeliest
 from limbgram.core.mesh.closest_point import Closest
 from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.sections import area_and_centroid, cut
@@ -42,7 +43,7 @@ from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
 from limbgram.workbench.anatomy.names import landmark_named
 from limbgram.workbench.edits.refinement import refine_selected
-from limbgram.workbench.limb import AlignedLimb, Limb, likeliest
+from limbgram.workbench.limb import AlignedLimb, Limb
 
 Place = str | tuple[float, float, float]
 """The name of a landmark, or x, y, z in millimetres."""

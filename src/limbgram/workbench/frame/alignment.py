@@ -21,6 +21,7 @@ from jaxtyping import Int64
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, axis_across
+from limbgram.core.known_words import require_known_words
 from limbgram.core.mesh.axis import Axis, axis_along, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
@@ -85,6 +86,9 @@ class AlignOptions:
     """What the shape's own file says, as an AOP does: never overruled in side or proximal end, and
 
     its axis and origin are kept unless an axis is stated or to be fitted."""
+
+    def __post_init__(self) -> None:
+        require_known_words(self)
 
     @property
     def kept(self) -> LimbFrame | None:

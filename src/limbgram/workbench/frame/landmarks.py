@@ -12,6 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.known_words import likeliest
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.anatomy.kind import Place
@@ -23,7 +24,7 @@ from limbgram.workbench.anatomy.names import (
     names_of,
     normalised_name,
 )
-from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb, likeliest
+from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb
 
 ALIKE = 0.8
 """Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""

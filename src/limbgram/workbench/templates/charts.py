@@ -17,12 +17,13 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.known_words import likeliest
 from limbgram.workbench.anatomy.centreline import Centreline
 from limbgram.workbench.anatomy.kind import BentCentreline
 from limbgram.workbench.anatomy.names import landmark_named, landmarks_by_identity
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.compare.radial import spoke_radii
-from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb, Side, likeliest
+from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb, Side
 
 DOME = 0.4
 """Chart height of the whole dome."""
