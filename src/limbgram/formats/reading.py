@@ -68,6 +68,8 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
     record = None if isinstance(found, OfAnother) else found
     soup = _soup(path, content)
     factor = _factor(soup, record, mm_per_unit, path.name)
+    if factor is not None and soup.frame is not None:
+        soup = replace(soup, frame=_scaled_frame(soup.frame, factor))
     _require_one_side(soup.frame, record, path)
     limb = _limb(path, soup, record, factor)
     own = Origin(sha256=sha256, mm_per_unit=factor or 1.0, mesh_from_origin=Rigid.identity())
@@ -174,6 +176,12 @@ def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: st
     if soup.stated_unit == "unitless":
         raise ShapeFileError("file.unitless", name=name)
     return _MM_PER_STATED.get(soup.stated_unit or "")
+
+
+def _scaled_frame(frame: LimbFrame, factor: float) -> LimbFrame:
+    """A frame that a file states in its own unit, for the scaled mesh."""
+    motion = frame.limb_from_mesh
+    return replace(frame, limb_from_mesh=Rigid(motion.rotation, motion.translation * factor))
 
 
 def _scaled(mesh: Mesh, factor: float) -> Mesh:

@@ -18,6 +18,7 @@ from limbgram.formats.aop.grammar import parse_aop
 from limbgram.formats.aop.reading import read_aop, read_aop_soup
 from limbgram.formats.aop.writing import write_aop
 from limbgram.formats.export_checks import in_limb_frame
+from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import read_limb, read_shape
 from limbgram.services.align import AlignRequest, align
 from limbgram.workbench.limb import AlignedLimb
@@ -226,6 +227,32 @@ def test_an_axis_that_lies_nowhere_is_not_taken(number: str) -> None:
     found = read_aop(tiny(comments=(said,)), "tiny.aop")
     np.testing.assert_array_equal(found.frame.limb_from_mesh.translation, np.zeros(3))
     assert doubt("aop.axis_place") in found.warnings
+
+
+@pytest.mark.parametrize("with_limb_file", [False, True])
+def test_a_file_in_inches_keeps_its_axis_in_the_limb(tmp_path: Path, with_limb_file: bool) -> None:
+    """The axis of the file lies 5 and 7 inches beside the limb's: it had stayed 5 and 7 mm."""
+    said = "LIMB FROM FILE: 1 0 0 5 0 1 0 7 0 0 1 2"
+    tenfold = tiny(comments=(said,), marks=("1", "FIB", "1", "60", "90", "10"))
+    path = tmp_path / "tiny.aop"
+    path.write_bytes(
+        tenfold.replace(b"\n50\n60\n50\n40", b"\n5\n6\n5\n4").replace(
+            b"\n60\n90\n10", b"\n6\n90\n10"
+        )
+    )
+    if with_limb_file:
+        write_limb_file(read_limb(path, 25.4), path, mm_per_unit=25.4)
+    shape = read_shape(path, None if with_limb_file else 25.4)
+    limb = shape.limb.aligned()
+    low = limb.in_limb_frame().mesh.vertices_mm.min(0)
+    high = limb.in_limb_frame().mesh.vertices_mm.max(0)
+    np.testing.assert_allclose(low, 25.4 * np.array([5 - 4, 7 - 5, 2]), rtol=1e-9)
+    np.testing.assert_allclose(high, 25.4 * np.array([5 + 6, 7 + 5, 22]), rtol=1e-9)
+    assert shape.declared is not None
+    np.testing.assert_allclose(
+        shape.declared.limb_from_mesh.translation, 25.4 * np.array([5, 7, 2]), rtol=1e-12
+    )
+    assert shape.grid is None
 
 
 def test_places_must_rise() -> None:
