@@ -99,7 +99,7 @@ def box_of(numbers: Sequence[float]) -> Box | None:
 
 
 def parse_tape(text: str) -> TapedGirth:
-    """A taped girth: 150=354 at a height above the table, widest=354 at the widest place.
+    """A taped girth: 150=354 at a height above the board or table, widest=354 at the widest place.
 
     150=354+-4 states how surely it was read.
     """

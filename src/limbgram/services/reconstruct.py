@@ -92,8 +92,8 @@ class ReconstructRequest(Shaping):
     scale, or with --board check it."""
     tapes: Annotated[tuple[str, ...], Flag("tape")] = ()
     """Girth that a tape read on the limb, in mm, to test the size: 150=354 at 150 mm above the
-    table on which the board lies, or widest=354. It counts as read to 3 mm in 95 of 100; state
-    another as 150=354+-2."""
+    printed side of the board (above the table without a board), or widest=354. It counts as read
+    to 3 mm in 95 of 100; state another as 150=354+-2."""
 
     def known(self) -> Known:
         """The files read, and the words parsed.

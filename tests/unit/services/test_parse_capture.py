@@ -93,7 +93,7 @@ def test_taped_girths() -> None:
     assert parse_tape(" Widest = 354.5 ") == TapedGirth(girth_mm=354.5)
     assert parse_tape("150=354+-1.96") == TapedGirth(girth_mm=354, height_mm=150, sigma_mm=1.0)
     assert parse_tape("150=354 ± 3.92") == TapedGirth(girth_mm=354, height_mm=150, sigma_mm=2.0)
-    assert parse_tape("-20=354").place == "at -20 mm above the table"
+    assert parse_tape("-20=354").place == "at -20 mm above board or table"
 
 
 @pytest.mark.parametrize(

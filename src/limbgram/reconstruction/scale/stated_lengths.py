@@ -59,7 +59,8 @@ class TapedGirth:
 
     girth_mm: float
     height_mm: float | None = None
-    """Above the table; None: at the widest place."""
+    """Above the printed side of the board, however thick that is, or without a board above the
+    table; None: at the widest place."""
     sigma_mm: float = READING_SIGMA_MM
     """Standard deviation of the reading."""
 
@@ -70,4 +71,4 @@ class TapedGirth:
     def place(self) -> str:
         if self.height_mm is None:
             return "at the widest place"
-        return f"at {self.height_mm:g} mm above the table"
+        return f"at {self.height_mm:g} mm above board or table"

@@ -1,8 +1,9 @@
 """Taped girths: girths taped at the capture, compared with the reconstructed surface.
 
 A tape is the one length that owes nothing to the scale board. It was laid where two people find
-the same place again: at the widest place, or so high above the table on which the board lies. It
-lies across the limb's own axis, however the limb leans.
+the same place again: at the widest place, or so high above the printed side of the board (without
+one, above the table): a board's thickness shows in no photo. It lies across the limb's own axis,
+however the limb leans.
 
 Method  sections across the long axis; a tape reads the length drawn taut round the closed outline
         that the axis goes through, or that continues that limb, at the smoothing length.

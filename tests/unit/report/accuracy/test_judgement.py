@@ -571,11 +571,11 @@ def test_a_tape_that_cannot_be_compared_confirms_nothing(with_sigmas: Evidence) 
     assert tree.light == "green"
     assert not tree.size_checked
     assert (
-        "; not checked independently: the taped girth at 40 mm above the table could not be "
+        "; not checked independently: the taped girth at 40 mm above board or table could not be "
         "compared (the surface has no whole girth there)." in told(tree.headline)
     )
     (advised,) = (one for one in tree.findings if one.code == "limit.tape.not_compared")
-    assert "40 mm above the table could not be compared" in sentence(advised)
+    assert "40 mm above board or table could not be compared" in sentence(advised)
 
 
 @pytest.mark.parametrize(("stated_m", "light"), [(0.9, "green"), (0.5, "amber"), (9.0, "red")])

@@ -181,7 +181,7 @@ def test_taped_girths_stand_beside_the_surface_or_say_why_not(with_sigmas: Evide
     )
     assessment = assess(replace(with_sigmas, tapes=TapeWitnesses((near, nowhere))))
     page = html_of(accuracy_report(assessment, ()))
-    assert "<td>at 150 mm above the table</td>" in page
+    assert "<td>at 150 mm above board or table</td>" in page
     assert '<td class="n">-0.8</td>' in page
     assert (
         'at the widest place</td><td class="n">350.0</td><td class="sentence" colspan="4">' in page
