@@ -104,28 +104,26 @@ def _moved(scene_board: SceneBoard, scene: Scene) -> Finding | None:
     return doubt("board.probably_moved", seen=seen)
 
 
-def check_lengths(
-    scale: Scale,
-    max_disagreement: float,
-    of_board: int = 0,
-    stated_sigmas_mm: Sequence[float] = (),
-) -> None:
+def check_lengths(scale: Scale, max_disagreement: float, of_board: int = 0) -> None:
     """Refuse where a length, whether it set the scale or checks it, contradicts the scale.
+
+    A typed one, by the rule of `core.tape`, contradicts only where it is off by more than its sigma
+    explains: that of its picks, of lens and poses, of what else set the scale, and of its tape.
 
     Args:
         of_board: Number of lengths, the first ones, on the board that sets the scale. They are the
             longest between few corners, so noise may take one of them past what is allowed; it
             contradicts only if that is significant.
-        stated_sigmas_mm: Of each length itself, as a tape read it: by the rule of `core.tape` it
-            contradicts only where it is off by more than these explain. None: all are exact.
     """
-    stated = stated_sigmas_mm or [0.0] * len(scale.lengths)
     wrong = [
         one
         for k, one in enumerate(scale.lengths)
         if not abs(one.error) <= max_disagreement
-        and not abs(one.measured_mm - one.known_mm) <= CONTRADICTS_SIGMAS * stated[k]
-        and not (k < of_board and _is_noise(one, of_board, max_disagreement))
+        and not (
+            _is_noise(one, of_board, max_disagreement)
+            if k < of_board
+            else abs(one.measured_mm - one.known_mm) <= CONTRADICTS_SIGMAS * one.sigma_mm
+        )
     ]
     if wrong:
         worst = max(wrong, key=lambda one: abs(one.error))
@@ -260,8 +258,7 @@ def _scaled(
     if scene_board is not None:
         check_scene_board(scene_board, _MAX_DISAGREEMENT, scene, scale.stretch_doubt)
     of_board = 0 if scene_board is None else len(scene_board.ruler.lengths)
-    stated_sigmas_mm = [one.stated_sigma_mm for ruler in rulers for one in ruler.lengths]
-    check_lengths(scale, _MAX_DISAGREEMENT, of_board, stated_sigmas_mm)
+    check_lengths(scale, _MAX_DISAGREEMENT, of_board)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if scene_board is not None:
         metric = _on_board(scene, aim, scene_board, mm_per_unit, scale)

@@ -1,6 +1,7 @@
 """Scale from a board, against a room whose measures are known."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -216,7 +217,15 @@ def test_a_length_of_the_board_that_noise_explains_accuses_no_print(by: StretchD
     """0.19 mm is 2.7 sigma: one length in 150 errs so, and eight are compared."""
     scale = with_length(60.19, 0.07, by)
     check_lengths(scale, 0.003, of_board=8)
-    with pytest.raises(ScaleError):  # a typed length is held to what is allowed
+
+
+@pytest.mark.parametrize(("sigma_mm", "refused"), [(0.04, True), (0.046, True), (0.048, False)])
+def test_a_typed_length_contradicts_beyond_four_of_its_sigmas(
+    sigma_mm: float, refused: bool
+) -> None:
+    """0.19 mm of 60 is more than 0.3 %, and less than four sigmas from 0.0475 mm on."""
+    scale = with_length(60.19, sigma_mm, "none")
+    with pytest.raises(ScaleError) if refused else nullcontext():
         check_lengths(scale, 0.003)
 
 
