@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.geometry.frames import turn_rad
+from limbgram.core.geometry.frames import plane_basis, turn_rad
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import widening
 from limbgram.core.mesh.closest_point import TriangleTree
@@ -27,6 +27,7 @@ from limbgram.core.mesh.topology import components
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.workbench.marks.pixels import (
+    LEAST_COSINE,
     SurfaceRays,
     coloured_pixels_by_photo,
     hue_and_saturation,
@@ -50,6 +51,11 @@ _SQUARE_COSINE = 0.64
 _SLACK_MM = 2.0
 _MEDIAN = np.pi / 2
 """Variance of a median of many normal errors over that of their mean; of one error it is 1."""
+_CELL_PX = 2.0
+"""Side of the cells of the surface in which photos are joined, in pixels of the coarsest."""
+_RIM_PLACES = 36
+_MOST_HIDDEN_RAD, _TABLE_STEPS = np.radians(120.0), 241
+"""Half of the arc; with more hidden, a disc is not round enough to be a mark."""
 _SHARED_PX = 0.25
 """One standard deviation, along one direction, of what blur and shading do to all photos alike."""
 
@@ -66,7 +72,8 @@ class PaintedMark:
     """Root mean square distance of the photos' places from the position."""
     sigma_mm: float
     """One standard deviation of the position along one direction of the surface: by how the photos
-    disagree, and for the blur and shading that they share; not the scale."""
+    disagree, for the blur and shading that they share, and for what none of them shows of it; not
+    the scale."""
     photos: tuple[str, ...]
     """Those that show it."""
     looking: int
@@ -159,8 +166,8 @@ def _agreed_places(
     marks: list[PaintedMark] = []
     left_out: list[LeftOut] = []
     for rows in _spot_groups(spots):
-        place = np.median(spots.middles_mm[rows], axis=0)
-        place = tree.closest(place[None]).points_mm[0]
+        union = _union_of_photos(spots, rows)
+        place = tree.closest(union.middle_mm[None]).points_mm[0]
         colour = np.median(spots.colours[rows], axis=0).astype(np.uint8)
         looking = sum(
             k in spots.photo_idx[rows] or caster.sees(view, place, _SQUARE_COSINE, _SLACK_MM)
@@ -171,19 +178,83 @@ def _agreed_places(
             left_out.append(LeftOut(position_mm=place, colour=colour, reason=reason))
             continue
         away_mm = np.linalg.norm(spots.middles_mm[rows] - place, axis=1)
+        shown_by = [views[k] for k in spots.photo_idx[rows].tolist()]
+        hidden = _hidden_share_of_rim(place, union.diameter_mm / 2, shown_by, caster, tree)
         marks.append(
             PaintedMark(
                 position_mm=place,
                 colour=colour,
-                diameter_mm=float(np.median(spots.diameters_mm[rows])),
+                diameter_mm=union.diameter_mm,
                 spread_mm=float(np.sqrt((away_mm**2).mean())),
-                sigma_mm=sigma_of_median_mm(away_mm, spots.pixels_mm[rows]),
-                photos=tuple(views[k].name for k in spots.photo_idx[rows]),
+                sigma_mm=float(
+                    np.hypot(
+                        sigma_of_median_mm(away_mm, spots.pixels_mm[rows]),
+                        shift_by_hidden_mm(union.diameter_mm / 2, hidden),
+                    )
+                ),
+                photos=tuple(view.name for view in shown_by),
                 looking=looking,
             )
         )
     marks.sort(key=lambda mark: tuple(-mark.position_mm[::-1]))
     return PaintedMarks(tuple(marks), tuple(one for one in left_out if not _beside(one, marks)))
+
+
+@dataclass(frozen=True)
+class _Union:
+    """What all photos together show of a mark."""
+
+    middle_mm: Vector3
+    diameter_mm: float
+    """Of the circle of the same area."""
+
+
+def _union_of_photos(spots: Spots, rows: Int64[np.ndarray, " k"]) -> _Union:
+    """On a tip each photo shows only the side of a mark that faces it, and so do all the photos of
+    a ring that looks down. What several show counts once, in cells of the surface.
+    """
+    kept = np.isin(spots.spot_idx, rows)
+    points, areas, spot = spots.points_mm[kept], spots.areas_mm2[kept], spots.spot_idx[kept]
+    cell_mm = _CELL_PX * float(spots.pixels_mm[rows].max())
+    cell = np.unique(np.floor(points / cell_mm), axis=0, return_inverse=True)[1].ravel()
+    shown = np.unique(np.stack([cell, spot]), axis=1)[0]
+    weights = areas / np.bincount(shown)[cell]
+    total = float(weights.sum())
+    return _Union((weights @ points) / total, float(np.sqrt(4 * total / np.pi)))
+
+
+def _hidden_share_of_rim(
+    place_mm: Vector3,
+    radius_mm: float,
+    views: Sequence[View],
+    caster: SurfaceRays,
+    tree: TriangleTree,
+) -> float:
+    """Share of a mark's rim that no photo of it shows: there it may go on, unseen."""
+    outward = caster.normal_at(int(tree.closest(place_mm[None]).faces[0]))
+    angles = 2 * np.pi / _RIM_PLACES * np.arange(_RIM_PLACES)
+    ring = np.column_stack([np.cos(angles), np.sin(angles)]) @ plane_basis(outward)
+    rim = tree.closest(place_mm + radius_mm * ring).points_mm
+    hidden = [
+        not any(caster.sees(view, place, LEAST_COSINE, _SLACK_MM) for view in views)
+        for place in rim
+    ]
+    return float(np.mean(hidden))
+
+
+def shift_by_hidden_mm(radius_mm: float, hidden: float) -> float:
+    """How far the middle of what is seen of a disc lies from the disc's own.
+
+    Args:
+        radius_mm: Of a circle as large as what is seen.
+        hidden: Share of that circle, round the middle of what is seen, beyond the straight line at
+            which sight ends.
+    """
+    half = np.linspace(0.0, _MOST_HIDDEN_RAD, _TABLE_STEPS)  # of the arc that is hidden
+    seen = np.pi - half + np.sin(half) * np.cos(half)  # all of a disc of radius 1
+    shift, radius = 2 / 3 * np.sin(half) ** 3 / seen, np.sqrt(seen / np.pi)
+    beyond = np.arccos(np.minimum((np.cos(half) + shift) / radius, 1.0)) / np.pi
+    return radius_mm * float(np.interp(hidden, beyond, shift / radius))
 
 
 def sigma_of_median_mm(

@@ -20,7 +20,7 @@ from limbgram.reconstruction.photos.decoding import LINEAR_OF_SRGB, load_colour
 from limbgram.reconstruction.photos.photo import Photo
 
 _MARGIN_PX = 4
-_LEAST_COSINE = 0.5
+LEAST_COSINE = 0.5
 """Pixels that meet the surface more obliquely than 60 degrees are left out."""
 _OUTLINE_VERTICES = 20_000
 """So many of the mesh's vertices are enough to find it in a photo."""
@@ -65,6 +65,10 @@ class SurfaceRays:
         along = np.where(hit, reach / np.where(hit, -cosines, 1.0), 0.0)
         return hit, origin_mm + along[:, None] * rays, cosines
 
+    def normal_at(self, face: int) -> Vector3:
+        """Unit normal of a face."""
+        return self._normals[face]
+
     def sees(self, view: View, place_mm: Vector3, least_cosine: float, slack_mm: float) -> bool:
         """Whether a photo shows a place squarely and nothing stands before it."""
         if not view.camera.contains(view.project(place_mm[None]), _MARGIN_PX)[0]:
@@ -96,7 +100,7 @@ def coloured_pixels(
     xy = (at[:, ::-1] + 0.5) / factor - 0.5 + np.array([left, top])
     rays = view.camera.rays(xy) @ view.camera_from_world.rotation
     hit, points, cosines = caster.first(view.centre_in_world, rays)
-    kept = np.flatnonzero(hit & (cosines > _LEAST_COSINE))
+    kept = np.flatnonzero(hit & (cosines > LEAST_COSINE))
     at, points = at[kept], points[kept]
     depths = view.camera_from_world.apply(points)[:, 2]
     across = depths / (factor * view.camera.fx) * depths / (factor * view.camera.fy)

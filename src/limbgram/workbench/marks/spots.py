@@ -47,6 +47,12 @@ class Spots:
     pixels_mm: Float64[np.ndarray, " n"]
     """Size of the photo's pixels there, on the surface."""
     photo_idx: Int64[np.ndarray, " n"]
+    points_mm: Float64[np.ndarray, "k 3"]
+    """Of all pixels of the spots, on the surface."""
+    areas_mm2: Float64[np.ndarray, " k"]
+    """Of the surface that each of these pixels covers."""
+    spot_idx: Int64[np.ndarray, " k"]
+    """The spot that each belongs to."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,12 +180,16 @@ def _measured_spots(
     shades = one.colours[rows].astype(np.float64)
     colours = np.stack([np.bincount(labels, weights * band, count) for band in shades.T], 1)
     colours = np.rint(colours / np.maximum(areas, 1e-30)[:, None]).astype(np.uint8)
+    kept = passing[labels]
     spots = Spots(
         middles_mm=middles[passing],
         diameters_mm=diameters[passing],
         colours=colours[passing],
         pixels_mm=np.sqrt(areas[passing] / pixels[passing]),
         photo_idx=np.full(int(passing.sum()), photo_idx),
+        points_mm=points[kept],
+        areas_mm2=weights[kept],
+        spot_idx=(np.cumsum(passing) - 1)[labels[kept]],
     )
     return HueSpots(
         spots=spots, inside_mm2=float(areas[passing].sum()), total_mm2=float(areas.sum())
@@ -187,10 +197,15 @@ def _measured_spots(
 
 
 def _concatenated(parts: Sequence[Spots]) -> Spots:
+    before = np.cumsum([0, *(len(part.middles_mm) for part in parts)]).tolist()
+    numbered = [part.spot_idx + first for part, first in zip(parts, before, strict=False)]
     return Spots(
         middles_mm=np.concatenate([np.zeros((0, 3)), *(part.middles_mm for part in parts)]),
         diameters_mm=np.concatenate([np.zeros(0), *(part.diameters_mm for part in parts)]),
         colours=np.concatenate([np.zeros((0, 3), np.uint8), *(part.colours for part in parts)]),
         pixels_mm=np.concatenate([np.zeros(0), *(part.pixels_mm for part in parts)]),
         photo_idx=np.concatenate([np.zeros(0, np.int64), *(part.photo_idx for part in parts)]),
+        points_mm=np.concatenate([np.zeros((0, 3)), *(part.points_mm for part in parts)]),
+        areas_mm2=np.concatenate([np.zeros(0), *(part.areas_mm2 for part in parts)]),
+        spot_idx=np.concatenate([np.zeros(0, np.int64), *numbered]),
     )

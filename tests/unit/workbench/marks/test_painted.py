@@ -10,12 +10,15 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+import trimesh
 
 from limbgram.cases import case_assessment as painted
 from limbgram.cases.case_assessment import painted_marks_of
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
@@ -27,8 +30,11 @@ from limbgram.workbench.marks import finding
 from limbgram.workbench.marks.finding import (
     PaintedMarks,
     find_painted_marks,
+    shift_by_hidden_mm,
     sigma_of_median_mm,
 )
+from limbgram.workbench.marks.pixels import LEAST_COSINE, ColouredPixels, SurfaceRays
+from limbgram.workbench.marks.spots import spots_of
 
 RED = (203, 32, 44)
 MARKS = scattered_spots(4)
@@ -85,6 +91,100 @@ def test_marks_are_found_where_they_were_painted_and_nothing_else_is(
         assert blue > green + 60
     normalised = apart.min(1) / np.array([mark.sigma_mm for mark in marks])
     assert 0.3 < np.sqrt((normalised**2).mean()) < 2.0  # about sqrt(2): along two directions
+
+
+def toe(radius_mm: float) -> Mesh:
+    """A toe along y with its tip, half a sphere, at the origin."""
+    whole = trimesh.creation.capsule(height=60, radius=radius_mm, count=[96, 96]).subdivide()
+    x, y, z = np.asarray(whole.vertices).T
+    places = np.column_stack([x, z - z.max(), -y])
+    return Mesh(vertices_mm=places, faces=np.asarray(whole.faces).astype(np.int32))
+
+
+def ring_round_toe(elevation_deg: float) -> list[View]:
+    """14 photos from 420 mm, all from above."""
+    lens = Camera(width_px=1600, height_px=1200, fx=2200.0, fy=2200.0, cx=800.0, cy=600.0)
+    middle = np.array([0.0, -30.0, 0.0])
+    views = []
+    for k in range(14):
+        turn, rise = 2 * np.pi * k / 14 + 0.1, np.radians(elevation_deg)
+        away = [np.cos(rise) * np.sin(turn), np.cos(rise) * np.cos(turn), np.sin(rise)]
+        pose = Rigid.looking_at(middle + 420 * np.array(away), middle, np.array([0.0, 0, 1]))
+        views.append(View(f"{k}.jpg", lens, pose))
+    return views
+
+
+def pixels_of_disc(
+    view: View, mesh: Mesh, caster: SurfaceRays, middle_mm: np.ndarray, reach_mm: float
+) -> ColouredPixels:
+    """What a photo shows of a disc on the surface, as `coloured_pixels` tells it."""
+    xy = view.project(mesh.vertices_mm)
+    left, top = np.floor(xy.min(0)).astype(int) - 4
+    right, bottom = np.ceil(xy.max(0)).astype(int) + 4
+    rows, columns = np.mgrid[top:bottom, left:right]
+    seen = np.column_stack([columns.ravel(), rows.ravel()]).astype(float)
+    rays = view.camera.rays(seen) @ view.camera_from_world.rotation
+    hit, places, cosines = caster.first(view.centre_in_world, rays)
+    own = hit & (cosines > LEAST_COSINE)
+    own &= np.linalg.norm(places - middle_mm, axis=1) <= reach_mm
+    depths = view.camera_from_world.apply(places[own])[:, 2]
+    count = int(own.sum())
+    return ColouredPixels(
+        shape=(int(bottom - top), int(right - left)),
+        at=(seen[own][:, ::-1] - [top, left]).astype(np.int32),
+        hue_rad=np.full(count, -1.0, np.float32),
+        saturation=np.ones(count, np.float32),
+        colours=np.full((count, 3), 200, np.uint8),
+        points_mm=places[own].astype(np.float32),
+        areas_mm2=((depths / view.camera.fx) ** 2 / cosines[own]).astype(np.float32),
+    )
+
+
+@pytest.mark.parametrize(
+    ("radius_mm", "below_deg", "elevation_deg", "within_mm"),
+    [
+        (8.0, 0.0, 35.0, 0.4),  # the middle of the photos' middles was 1.06 mm off
+        (8.0, 20.0, 15.0, 0.3),  # 0.59
+        (12.0, 0.0, 35.0, 0.05),  # 0.42
+        (6.0, 20.0, 35.0, 2.0),  # half of it is hidden from all photos
+        (50.0, 0.0, 35.0, 0.05),
+    ],
+)
+def test_a_mark_on_a_tip_is_found_with_its_side_that_few_photos_show(
+    radius_mm: float, below_deg: float, elevation_deg: float, within_mm: float
+) -> None:
+    """A disc of 8 mm in front of a toe, seen from above by photos that each show a part of it."""
+    mesh = toe(radius_mm)
+    caster, tree = SurfaceRays(mesh), TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    below = np.radians(below_deg)
+    middle = radius_mm * np.array([0.0, np.cos(below) - 1, -np.sin(below)])
+    middle = tree.closest(middle[None]).points_mm[0]
+    reach_mm = 2 * radius_mm * np.sin(4.0 / radius_mm / 2)
+    views = ring_round_toe(elevation_deg)
+    pixels = [pixels_of_disc(view, mesh, caster, middle, reach_mm) for view in views]
+    spots = spots_of(pixels, np.array([-1.0]), 1)[0].spots
+    (mark,) = finding._agreed_places(spots, views, caster, tree).marks
+    error_mm = float(np.linalg.norm(mark.position_mm - middle))
+    assert error_mm < within_mm
+    assert error_mm < 1.96 * mark.sigma_mm
+    if within_mm < 1:
+        assert mark.diameter_mm == pytest.approx(8.0, abs=0.5)
+        assert mark.sigma_mm < 0.7
+
+
+def test_what_is_hidden_of_a_disc_shifts_its_middle() -> None:
+    """Points of a disc of 10 mm, of which a straight line hides some."""
+    steps = np.linspace(-10, 10, 1001)
+    x, y = (one.ravel() for one in np.meshgrid(steps, steps))
+    disc = np.column_stack([x, y])[np.hypot(x, y) <= 10]
+    for line_mm in (9.0, 5.0, 2.0, 0.0, -3.0):
+        seen = disc[disc[:, 0] < line_mm]
+        middle = seen.mean(0)
+        radius = 10 * np.sqrt(len(seen) / len(disc))
+        hidden = np.arccos(min((line_mm - middle[0]) / radius, 1.0)) / np.pi
+        expected = pytest.approx(-middle[0], rel=0.02, abs=0.02)
+        assert shift_by_hidden_mm(float(radius), float(hidden)) == expected
+    assert shift_by_hidden_mm(5.0, 0.0) == 0.0
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 8, 20])
