@@ -13,6 +13,7 @@ from fastapi import APIRouter, Body, Header, Path, Request
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
+from limbgram.app.forms import RequestBody
 from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.photos import NameHere, Photos, Sent, UploadId, photos_reply, receive, received_of
 from limbgram.app.replies import BYTES, PICTURE, FindingReply, missing
@@ -56,7 +57,7 @@ class CameraReply(BaseModel):
     certificate: str | None = Field(default=None, description="Where its picture is.")
 
 
-class NewCamera(BaseModel):
+class NewCamera(RequestBody):
     """What a new camera is called."""
 
     name: str = Field(min_length=1, max_length=80)

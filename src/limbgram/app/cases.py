@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal, cast
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
+from limbgram.app.forms import RequestBody
 from limbgram.app.idempotency import forget_acts
-from limbgram.app.replies import PICTURE, FindingReply, missing
+from limbgram.app.replies import ADDRESS_ALONE, PICTURE, FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, CaseHere, WorkspaceHere
 from limbgram.app.thumbnails import thumbnail_of
 from limbgram.cases.case_record import read_verdict, set_aside
@@ -105,7 +106,7 @@ class Cases(BaseModel):
     free_bytes: int
 
 
-class NewCase(BaseModel):
+class NewCase(RequestBody):
     """What is known of a new case; all of it may be said later."""
 
     kind: KindName | None = None
@@ -115,7 +116,7 @@ class NewCase(BaseModel):
     )
 
 
-class CaseChange(BaseModel):
+class CaseChange(RequestBody):
     """What is to be said otherwise of a case; what is left out stays."""
 
     kind: KindName | None = None
@@ -269,7 +270,10 @@ def clear_case(app_state: AppStateHere, case: CaseHere) -> Freed:
 
 
 @router.get("/cases/{case_id}/thumbnail", response_class=Response, responses=PICTURE)
-def read_thumbnail(case: CaseHere) -> Response:
+def read_thumbnail(
+    case: CaseHere,
+    _drawn: Annotated[str, Query(alias="drawn", max_length=64, description=ADDRESS_ALONE)] = "",
+) -> Response:
     """A small picture of the case's surface, without a ground."""
     if case.thumbnail is None:
         raise missing("app.no_picture")

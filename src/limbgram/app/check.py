@@ -9,6 +9,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from limbgram.app.cameras import camera_files
+from limbgram.app.forms import RequestBody
 from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.live_checks import Asked
 from limbgram.app.replies import FindingReply
@@ -22,7 +23,7 @@ from limbgram.formats.camera import read_camera
 router = APIRouter(tags=["photos"])
 
 
-class AskCheck(BaseModel):
+class AskCheck(RequestBody):
     """With what the photos are checked."""
 
     board: BoardSpec | None = Field(

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Path, Request, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.binary_arrays import encode_blocks
-from limbgram.app.forms import SAYS_ITSELF
+from limbgram.app.forms import REQUEST
 from limbgram.app.replies import BINARY, BYTES, FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, WorkspaceHere, other_case
 from limbgram.app.surface import Which, limb_before, limb_of
@@ -36,7 +36,7 @@ _NAME = r"^[A-Za-z0-9][A-Za-z0-9 _-]{0,60}\.[A-Za-z]{3}$"
 class Against(CompareRequest):
     """What the shape is compared with."""
 
-    __pydantic_config__ = SAYS_ITSELF
+    __pydantic_config__ = REQUEST
 
     of: Which = "rectified"
     """Which shape of this case is the second."""

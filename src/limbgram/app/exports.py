@@ -8,7 +8,7 @@ from fastapi import Path as InPath
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
-from limbgram.app.forms import FieldReply
+from limbgram.app.forms import FieldReply, RequestBody
 from limbgram.app.replies import PICTURE, missing
 from limbgram.app.state import AppStateHere, WorkspaceHere
 from limbgram.cases.case_export import (
@@ -33,7 +33,7 @@ NameHere = Annotated[
 ]
 
 
-class NewExport(BaseModel):
+class NewExport(RequestBody):
     """Which file to write."""
 
     kind: str = Field(max_length=20, description="A kind of `/api/v1/exports`.")

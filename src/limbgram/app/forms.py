@@ -1,6 +1,7 @@
 """Forms: what a request or an edit says of its own fields, for the client to make a form of.
 
-A body that is a request has its fields' meanings in the description of the API, too: `SAYS_ITSELF`.
+A body of the API has no fields beside its own (`RequestBody`, `REQUEST`), and one that is a request
+of `services` has its fields' meanings in the description of the API (`REQUEST`).
 """
 
 from dataclasses import MISSING
@@ -18,8 +19,16 @@ def _with_meanings(schema: dict[str, Any], kind: type) -> None:
             schema["properties"][one.name].setdefault("description", one.meaning)
 
 
-SAYS_ITSELF = ConfigDict(use_attribute_docstrings=True, json_schema_extra=_with_meanings)
+REQUEST = ConfigDict(
+    extra="forbid", use_attribute_docstrings=True, json_schema_extra=_with_meanings
+)
 """`__pydantic_config__` of a request that comes as a body."""
+
+
+class RequestBody(BaseModel):
+    """A body, or a part of one: a field that it does not have is refused."""
+
+    model_config = ConfigDict(extra="forbid")
 
 
 class FieldReply(BaseModel):

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.binary_arrays import encode_blocks, surface_blocks
 from limbgram.app.cameras import camera_files
-from limbgram.app.forms import SAYS_ITSELF
+from limbgram.app.forms import REQUEST, RequestBody
 from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.replies import BINARY, FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, CaseHere
@@ -32,7 +32,7 @@ from limbgram.services.reconstruct import Known, Shaping
 router = APIRouter(tags=["job"])
 
 
-class Tape(BaseModel):
+class Tape(RequestBody):
     """A girth taped on the limb before the photos, to test the size by."""
 
     girth_mm: float = Field(gt=0, le=5000)
@@ -45,7 +45,7 @@ class Tape(BaseModel):
 class JobOptions(Shaping):
     """What is decided about a run."""
 
-    __pydantic_config__: ClassVar = SAYS_ITSELF
+    __pydantic_config__: ClassVar = REQUEST
 
     board: BoardSpec | None = field(default_factory=BoardSpec)
     """The scale board in the scene; null looks for none."""

@@ -2,14 +2,15 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
+from limbgram.app.forms import RequestBody
 from limbgram.formats.board_file import board_as_printed
 from limbgram.formats.printed_size import PrintedSize, Reading
 from limbgram.reconstruction.targets.board import SCALE_BOARD, Board
 
 
-class Ruler(BaseModel):
+class Ruler(RequestBody):
     """A ruler that is printed with a board, and what a steel rule says that it is long."""
 
     drawn_mm: float = Field(default=250.0, ge=50, le=2000, description="As printed beside it.")
@@ -24,7 +25,7 @@ class Ruler(BaseModel):
         return PrintedSize(across=Reading(drawn_mm=self.drawn_mm, measured_mm=self.measured_mm))
 
 
-class BoardSpec(BaseModel):
+class BoardSpec(RequestBody):
     """A scale or calibration board. Without any word: the scale board that the program prints."""
 
     kind: Literal["charuco", "checkerboard"] = "charuco"

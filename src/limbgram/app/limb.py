@@ -7,7 +7,7 @@ import numpy as np
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, Field
 
-from limbgram.app.forms import SAYS_ITSELF
+from limbgram.app.forms import REQUEST, RequestBody
 from limbgram.app.replies import FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, WorkspaceHere, other_case
 from limbgram.app.surface import Coordinates, triple
@@ -66,7 +66,7 @@ class LimbReply(BaseModel):
     notes: list[FindingReply] = []
 
 
-class PlaceMark(BaseModel):
+class PlaceMark(RequestBody):
     """Where a place was picked."""
 
     position_mm: Coordinates = Field(description="In the mesh's frame, near the surface.")
@@ -143,7 +143,7 @@ class Guesses(BaseModel):
 class Align(AlignRequest):
     """What the clinician states. Directions are in the mesh's frame."""
 
-    __pydantic_config__ = SAYS_ITSELF
+    __pydantic_config__ = REQUEST
 
 
 @router.get("/limb-kinds")

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.forms import SAYS_ITSELF
+from limbgram.app.forms import REQUEST, RequestBody
 from limbgram.app.replies import FindingReply
 from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import Which, limb_of
@@ -76,14 +76,14 @@ class Length(BaseModel):
     over_surface_mm: Value
 
 
-class Reading(BaseModel):
+class Reading(RequestBody):
     """A girth that was read on the patient."""
 
     height_mm: Millimetres = Field(description="From the origin of the limb frame, upwards.")
     girth_mm: float = Field(gt=0, le=5000)
 
 
-class ReadingChange(BaseModel):
+class ReadingChange(RequestBody):
     """One girth that was read, read anew, or taken back."""
 
     height_mm: Millimetres = Field(description="Of the reading that is there.")
@@ -109,7 +109,7 @@ class TapeReply(Reading):
 class AskMeasures(MeasureRequest):
     """What is to be measured."""
 
-    __pydantic_config__ = SAYS_ITSELF
+    __pydantic_config__ = REQUEST
 
     every_mm: Annotated[float, Within(0.1, 1000), Field(alias="spacing_mm")] = SPACING_MM
     """Of the levels."""

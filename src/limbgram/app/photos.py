@@ -14,7 +14,7 @@ from fastapi.responses import FileResponse
 from PIL import Image, ImageOps
 from pydantic import BaseModel, Field
 
-from limbgram.app.replies import BYTES, PICTURE, FindingReply, missing
+from limbgram.app.replies import ADDRESS_ALONE, BYTES, PICTURE, FindingReply, missing
 from limbgram.app.state import AppStateHere, CaseHere
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.cases.uploads import (
@@ -147,6 +147,7 @@ def read_picture(
     upright: Annotated[
         bool, Query(description="Turned as a person holds it; else as the sensor stores it.")
     ] = True,
+    _of: Annotated[str, Query(alias="of", max_length=64, description=ADDRESS_ALONE)] = "",
 ) -> Response:
     """A photo as a JPEG of some width."""
     path = photo_file(case, checked_name(name))

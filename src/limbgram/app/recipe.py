@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Header, Path, Query, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.binary_arrays import change_blocks, surface_blocks
-from limbgram.app.forms import FieldReply
+from limbgram.app.forms import FieldReply, RequestBody
 from limbgram.app.idempotency import ACT_ID
 from limbgram.app.replies import BINARY, FindingReply
 from limbgram.app.shape_cache import OpenShape
@@ -195,7 +195,7 @@ class Ledgered(BaseModel):
     )
 
 
-class NewEdit(BaseModel):
+class NewEdit(RequestBody):
     """An edit to add or to try."""
 
     kind: str = Field(max_length=40)
@@ -208,7 +208,7 @@ class NewEdit(BaseModel):
     )
 
 
-class EditChange(BaseModel):
+class EditChange(RequestBody):
     """What is to be otherwise of an edit; what is left out stays."""
 
     on: bool | None = None
@@ -217,7 +217,7 @@ class EditChange(BaseModel):
     number: int | None = Field(default=None, ge=1, le=1000, description="Its new place.")
 
 
-class RecipeText(BaseModel):
+class RecipeText(RequestBody):
     """A recipe's file."""
 
     toml: str = Field(max_length=4_000_000)

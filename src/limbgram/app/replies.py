@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from limbgram.app.app_wording import finding_for_app, without_folders
+from limbgram.app.unknown_names import is_unknown_name, unknown_field
 from limbgram.core.errors import (
     CaseError,
     ExportError,
@@ -65,6 +66,8 @@ BYTES: dict[str, Any] = {
 PICTURE: dict[int | str, dict[str, Any]] = {
     200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}}
 }
+ADDRESS_ALONE = "Of the picture that is meant: browsers keep one for each address."
+"""What is said of a parameter by which only the address differs."""
 BINARY: dict[int | str, dict[str, Any]] = {
     200: {
         "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}}
@@ -106,11 +109,16 @@ def answer_http(_request: Request, error: Exception) -> JSONResponse:
     return made
 
 
-def answer_invalid(_request: Request, error: Exception) -> JSONResponse:
+def answer_invalid(request: Request, error: Exception) -> JSONResponse:
     """A request that does not fit the description."""
     assert isinstance(error, RequestValidationError)
-    first = error.errors()[0] if error.errors() else {"loc": (), "msg": "it cannot be read"}
+    faults = error.errors() or [{"type": "", "loc": (), "msg": "it cannot be read"}]
+    # A name with a slip of the pen first: it explains that another one is missing.
+    first = next((one for one in faults if is_unknown_name(one)), faults[0])
     where = ".".join(str(part) for part in first["loc"])
+    if is_unknown_name(first):
+        found = FindingReply.of(unknown_field(request, first))
+        return refusal(422, "ValidationError", found.sentence, where, found)
     return refusal(422, "ValidationError", f"The request cannot be read: {first['msg']}.", where)
 
 

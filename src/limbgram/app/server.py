@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
-from fastapi import FastAPI, Header
+from fastapi import Depends, FastAPI, Header
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, HTMLResponse, Response
 from starlette.exceptions import HTTPException as StarletteHTTPException
@@ -47,6 +47,7 @@ from limbgram.app.replies import (
     missing,
 )
 from limbgram.app.state import AppState
+from limbgram.app.unknown_names import refuse_unknown_query
 from limbgram.core.errors import LimbgramError
 
 STATIC = Path(__file__).parent / "static"
@@ -107,7 +108,12 @@ def build(app_state: AppState, static: Path = STATIC) -> FastAPI:
     app.state.app_state = app_state
     app.add_middleware(OnceEach, shelf=app_state.shelf)  # pyright: ignore[reportArgumentType]
     for resource in _RESOURCES:
-        app.include_router(resource.router, prefix=PREFIX, responses=RESPONSES)
+        app.include_router(
+            resource.router,
+            prefix=PREFIX,
+            responses=RESPONSES,
+            dependencies=[Depends(refuse_unknown_query)],
+        )
     app.include_router(session.start_router)
     app.add_exception_handler(LimbgramError, answer_refusal)
     app.add_exception_handler(StarletteHTTPException, answer_http)

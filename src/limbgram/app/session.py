@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse
 from pydantic import BaseModel, Field
 
 from limbgram.app.access import Access, People
+from limbgram.app.forms import RequestBody
 from limbgram.app.replies import Refusal, refused
 from limbgram.app.state import AppStateHere, SessionHere
 from limbgram.cases.shelf import ID_PATTERN
@@ -57,20 +58,20 @@ class Link(BaseModel):
     url: str = Field(description="Good once, within 15 minutes.")
 
 
-class Token(BaseModel):
+class Token(RequestBody):
     """What a start link holds."""
 
     token: str = Field(max_length=200)
 
 
-class Credentials(BaseModel):
+class Credentials(RequestBody):
     """Who signs in, on a network."""
 
     name: str = Field(max_length=80)
     password: str = Field(max_length=400)
 
 
-class Password(BaseModel):
+class Password(RequestBody):
     """Of the user who is signed in."""
 
     password: str = Field(max_length=400)

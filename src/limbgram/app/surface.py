@@ -8,6 +8,7 @@ from fastapi import APIRouter, Header, Query, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.binary_arrays import encode_blocks, surface_blocks
+from limbgram.app.forms import RequestBody
 from limbgram.app.replies import BINARY, FindingReply
 from limbgram.app.state import AppState, AppStateHere, CaseHere, WorkspaceHere
 from limbgram.cases.photo_evidence import PointPhoto, point_evidence
@@ -29,7 +30,7 @@ _Coordinate = Annotated[float, Field(allow_inf_nan=False)]
 Coordinates = tuple[_Coordinate, _Coordinate, _Coordinate]
 
 
-class AskPoint(BaseModel):
+class AskPoint(RequestBody):
     """A place on the surface."""
 
     position_mm: Coordinates = Field(description="In the mesh's frame.")

@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Request, Response
 from pydantic import BaseModel, Field
 
+from limbgram.app.forms import RequestBody
 from limbgram.app.replies import PICTURE, FindingReply
 from limbgram.app.state import AppState, AppStateHere, other_case
 from limbgram.app.surface import limb_of
@@ -47,7 +48,7 @@ class TemplateReply(BaseModel):
     )
 
 
-class NewTemplate(BaseModel):
+class NewTemplate(RequestBody):
     """What a template is learned from."""
 
     name: str = Field(min_length=1, max_length=80)

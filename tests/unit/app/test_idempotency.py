@@ -292,7 +292,7 @@ def test_an_answer_that_is_a_file_is_given_whatever_id_was_sent(
     """It changes nothing, so it is not kept."""
     asked = [
         (f"{case}/recipe/preview", smoothing(2)),
-        (f"{case}/measures.xlsx", {"every_mm": 50}),
+        (f"{case}/measures.xlsx", {"spacing_mm": 50}),
         (f"{case}/compare/differences", {}),
     ]
     for number, (path, body) in enumerate(asked):
