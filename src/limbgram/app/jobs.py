@@ -116,6 +116,8 @@ def start_job(app_state: AppStateHere, case: CaseHere, given: JobOptions) -> Job
     folder = case.received if received else case.folder.photos
     if not folder.is_dir():
         raise CaseError("app.no_photos_yet")
+    if not case.label_file.exists():  # a folder that the shelf lists becomes a case by its run
+        case.relabel(case.unlabelled)
     megapixels = sum(_pixels_of(folder, one) for one in received) / 1e6
     job = order(
         case.folder.root,

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.cases.folder import CaseFolder
+from limbgram.cases.folder import UNREADABLE, CaseFolder
 from limbgram.cases.stage_cache import CachingRun
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, written_whole
@@ -238,7 +238,7 @@ def unreadable(path: Path, what: str) -> CaseError:
 def set_aside(path: Path) -> Path:
     """Rename a file that cannot be read; returns its new path in the same folder."""
     for number in itertools.count(1):
-        beside = path.with_name(f"{path.stem}.unreadable-{number}{path.suffix}")
+        beside = path.with_name(f"{path.stem}{UNREADABLE}{number}{path.suffix}")
         if not beside.exists():
             return path.rename(beside)
     raise AssertionError

@@ -46,6 +46,8 @@ _OWN_LEFTOVER = re.compile(r"\..+\.(half|part|old)(\.\w+)?")
 _FICLONE = 0x40049409
 """Linux's request to let a file share the bytes of another one (ioctl_ficlone)."""
 _LISTED_AT_MOST = 5
+UNREADABLE = ".unreadable-"
+"""In the name of a file that could not be read and was set aside (`case_record.set_aside`)."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,17 @@ class CaseFolder:
         return self.root / "case.json"
 
     @property
+    def label_file(self) -> Path:
+        """What people say of it (`shelf.Label`)."""
+        return self.root / "label.json"
+
+    @property
+    def is_case(self) -> bool:
+        """Whether it is one: it has its record, or one that was set aside, or a label."""
+        aside = self.root.glob(f"{self.record.stem}{UNREADABLE}*")
+        return self.record.exists() or self.label_file.exists() or any(aside)
+
+    @property
     def job_file(self) -> Path:
         """What is kept of its job (`job_queue`)."""
         return self.root / "job.json"
@@ -128,7 +141,7 @@ def require_apart(case: CaseFolder, sources: Sequence[Path]) -> None:
         place = source.resolve()
         if root in (place, place / MASKS_FOLDER):
             raise CaseError("case.among_photos", folder=str(source), other=str(source / "case"))
-        if place in (root / "photos", root / "photos-left-out") and not case.record.is_file():
+        if place in (root / "photos", root / "photos-left-out") and not case.is_case:
             raise CaseError("case.photos_in_its_place", photos=str(source), case=str(case.root))
 
 
@@ -138,7 +151,7 @@ def require_new_or_ours(case: CaseFolder) -> None:
     Raises:
         CaseError: it is no case, and holds what has the name of a case's file.
     """
-    if case.record.exists() or not case.root.is_dir():
+    if case.is_case or not case.root.is_dir():
         return
     names = ("photos", "stages", "deliverables", "report", "summary.json", "report.html")
     found = [name for name in names if (case.root / name).exists()]

@@ -88,7 +88,7 @@ class ShelvedCase:
 
     @property
     def label_file(self) -> Path:
-        return self.folder.root / "label.json"
+        return self.folder.label_file
 
     @property
     def received(self) -> Path:

@@ -504,3 +504,35 @@ def test_a_spoiled_record_of_earlier_runs_does_not_keep_a_job_from_starting(
     job = started(client, app_state, case, SLOW)
     assert not job["left"]["known"]
     client.post(f"{case}/job/cancel")
+
+
+@pytest.mark.parametrize("made_by", ["the app", "the command line"])
+def test_a_case_whose_record_was_set_aside_is_computed_again(
+    client: TestClient, app_state: AppState, case: str, made_by: str
+) -> None:
+    """The app itself advised to set it aside; its results and photos lie there still."""
+    folder = app_state.shelf.case(case[-7:]).folder
+    folder.deliverables.mkdir()
+    if made_by == "the app":
+        folder.photos.mkdir()
+    else:
+        (folder.root / "received").rename(folder.photos)
+        folder.label_file.unlink()
+    folder.record.write_bytes(b"{")
+    assert client.post(f"{case}/set-aside").json() == ["case.unreadable-1.json"]
+    assert client.get(f"{case}/photos").json()["here"] >= 1
+    started(client, app_state, case, SLOW)
+    client.post(f"{case}/job/cancel")
+
+
+def test_photos_that_were_put_into_a_case_by_hand_are_computed(
+    client: TestClient, app_state: AppState
+) -> None:
+    """The list shows the folder as a case, and its photos as here."""
+    case = f"{API}/cases/222-CKA"
+    photos = app_state.shelf.root / "222-CKA" / "photos"
+    photos.mkdir(parents=True)
+    Image.new("RGB", (120, 90)).save(photos / "a.png")
+    assert client.get(case).json()["photos"] == 1
+    started(client, app_state, case, SLOW)
+    client.post(f"{case}/job/cancel")
