@@ -307,7 +307,7 @@ class RunningJob:
                 else replace(one, state="waiting") if one.state == "running" else one
                 for one in self.file.stages
             )  # fmt: skip
-            self.file = replace(
+            ended = replace(
                 self.file,
                 elapsed_s=self.elapsed_s,
                 state=state,
@@ -319,8 +319,12 @@ class RunningJob:
                 wanted=wanted,
                 stages=stages,
             )
+            # Written before it is seen to have ended: what is resumed then begins from this file,
+            # and its own is not written over.
+            with suppress(OSError):
+                self._write(ended)
+            self.file = ended
         try:
-            self._try_save()
             if state == "finished" and not self._was_held:
                 self.on_finished()
         finally:
@@ -369,9 +373,12 @@ class RunningJob:
             self._save()
 
     def _save(self) -> None:
+        self._write(replace(self.file, elapsed_s=self.elapsed_s))
+
+    def _write(self, file: JobFile) -> None:
         with _WRITING:
             self._saved_at = time.monotonic()
-            write_json(self.case.job_file, tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
+            write_json(self.case.job_file, tree_of(file))
 
 
 @dataclass

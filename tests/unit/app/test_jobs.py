@@ -20,6 +20,7 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app.state import AppState
+from limbgram.cases import job_queue
 from limbgram.cases.case_record import write_json
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.job_queue import (
@@ -219,6 +220,29 @@ def test_elapsed_time_goes_on_where_a_run_is_taken_up_again(
     assert before > 0.3
     client.post(f"{case}/job/resume")
     assert client.get(f"{case}/job").json()["elapsed_s"] >= before
+    client.post(f"{case}/job/cancel")
+
+
+def test_what_is_resumed_at_once_is_not_written_over_by_the_run_that_ended(
+    client: TestClient, app_state: AppState, case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a slow disk: the file of the ended run is on its way when the next one begins."""
+
+    def slowly(path: Path, tree: dict[str, Any]) -> None:
+        if tree["state"] == "cancelled":
+            time.sleep(0.5)
+        write_json(path, tree)
+
+    started(client, app_state, case, SLOW)
+    time.sleep(0.3)
+    monkeypatch.setattr(job_queue, "write_json", slowly)
+    client.post(f"{case}/job/cancel")
+    before = wait(client, case, lambda job: job["state"] == "cancelled")["elapsed_s"]
+    assert client.post(f"{case}/job/resume").json()["elapsed_s"] >= before
+    time.sleep(0.7)
+    kept = read_job_file(app_state.shelf.case(case[-7:]).folder)
+    assert kept is not None
+    assert kept.state == "running"
     client.post(f"{case}/job/cancel")
 
 
