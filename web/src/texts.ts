@@ -286,6 +286,8 @@ const TEXTS = {
     "Das Gliedmaß abgerollt, dunkel wo weniger sicher. Am schwächsten: {0}",
   ],
   "capture.compute": ["Compute shape", "Form berechnen"],
+  "capture.spare": ["Same shot as {0}, which is used", "Dieselbe Aufnahme wie {0}; jene wird verwendet"],
+  "capture.spare.short": ["{0} same shot", "{0} dieselbe Aufnahme"],
   "capture.few": ["{0} {0:photo is|photos are} here; {1} are the least.", "{0} {0:Foto ist|Fotos sind} hier; {1} sind das Mindeste."],
   "capture.coming": ["{0} {0:photo is|photos are} still on {0:its|their} way.", "{0} {0:Foto ist|Fotos sind} noch unterwegs."],
   "capture.not.go": ["Not yet GO: see what is missing, or compute anyway, below right.", "Noch kein GO: siehe was fehlt, oder trotzdem rechnen, unten rechts."],

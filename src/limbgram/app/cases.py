@@ -90,7 +90,9 @@ class Case(BaseModel):
         "what to do. `set-aside` begins them anew.",
     )
     verdict: Verdict | None = None
-    photos: int = Field(description="That are here whole.")
+    photos: int = Field(
+        description="That are here whole and can be used; of several files of one shot one."
+    )
     steps: list[Step]
     next: StepName = Field(description="The step to go on with.")
     bytes: int = Field(description="On disk.")

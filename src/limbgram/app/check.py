@@ -16,7 +16,7 @@ from limbgram.app.replies import FindingReply
 from limbgram.app.state import AppStateHere, CaseHere
 from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.cases.uploads import Received
+from limbgram.cases.uploads import Received, used_instead
 from limbgram.findings import Finding
 from limbgram.formats.camera import read_camera
 
@@ -153,6 +153,7 @@ def ask_check(app_state: AppStateHere, case: CaseHere, given: AskCheck) -> Check
     sources = tuple(case.received / one.name for one in received)
     if not sources and case.folder.photos.is_dir():
         sources = (case.folder.photos,)
+    spare = used_instead(case.received, received)
     cameras = camera_files(app_state, given.cameras)
     app_state.live_checks.ask(
         case,
@@ -162,6 +163,7 @@ def ask_check(app_state: AppStateHere, case: CaseHere, given: AskCheck) -> Check
             camera_sha256=tuple(file_sha256(one) for one in cameras),
             board=None if given.board is None else given.board.board(),
             seen=_seen(received),
+            photos=len(received) - len(spare) if received else app_state.overviews.of(case).photos,
         ),
     )
     return read_check(app_state, case)

@@ -23,7 +23,7 @@ from limbgram.cases.intermediate_products import (
 from limbgram.cases.job_messages import order
 from limbgram.cases.job_queue import JobState, StageProgress, TimeLeft, read_job_file
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.cases.uploads import Received
+from limbgram.cases.uploads import Received, one_of_each
 from limbgram.core.errors import CaseError, PhotoError
 from limbgram.reconstruction.photos.video import FrameOptions, is_video, open_video
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
@@ -118,7 +118,8 @@ def start_job(app_state: AppStateHere, case: CaseHere, given: JobOptions) -> Job
         raise CaseError("app.no_photos_yet")
     if not case.label_file.exists():  # a folder that the shelf lists becomes a case by its run
         case.relabel(case.unlabelled)
-    megapixels = sum(_pixels_of(folder, one) for one in received) / 1e6
+    used = one_of_each(folder, received)
+    megapixels = sum(_pixels_of(folder, one) for one in used) / 1e6
     job = order(
         case.folder.root,
         [folder / one.name for one in received] or [folder],
@@ -240,6 +241,6 @@ def _reply(app_state: AppState, case: ShelvedCase) -> JobReply:
         finding=why,
         kind=job.kind,
         light=job.light,
-        photos=[one.name for one in app_state.intake(case).received()],
+        photos=[one.name for one in one_of_each(case.received, app_state.intake(case).received())],
         there=there,
     )

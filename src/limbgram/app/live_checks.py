@@ -36,6 +36,8 @@ class Asked:
     board: Board | None
     seen: frozenset[tuple[str, str]] = frozenset()
     """Name and hash of each photo that was sent."""
+    photos: int = 0
+    """That there are, of several files of one shot one."""
 
     @property
     def kit(self) -> "Kit":
@@ -70,9 +72,9 @@ class LiveCheck:
 
     @property
     def photos(self) -> int:
-        """Files that the running check, or else the answer, covers."""
+        """That the running check, or else the answer, covers."""
         asked = self._asked if self.state == "running" else self._answered
-        return 0 if asked is None else len(asked.sources)
+        return 0 if asked is None else asked.photos
 
     def covers(self, seen: frozenset[tuple[str, str]]) -> bool:
         """Whether these photos, and no others, are what the answer is about."""

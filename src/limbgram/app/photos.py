@@ -27,9 +27,11 @@ from limbgram.cases.uploads import (
     checked_name,
     is_zip,
     limit_of,
+    used_instead,
 )
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture, to_look_at
+from limbgram.reconstruction.photos.shots import files_not_used
 
 router = APIRouter(tags=["photos"])
 
@@ -67,13 +69,24 @@ class Photo(BaseModel):
     width_px: int = 0
     height_px: int = 0
     problem: FindingReply | None = Field(default=None, description="Why it cannot be used.")
+    same_shot: str = Field(
+        default="", description="File of the same shot that is used instead; empty: none is."
+    )
+
+    @property
+    def counts(self) -> bool:
+        """Whether a run uses it, as far as is known."""
+        unusable = self.problem is not None and self.problem.code == "photo.unusable"
+        return self.state != "arriving" and not self.same_shot and not unusable
 
 
 class Photos(BaseModel):
     """All files of a case."""
 
     photos: list[Photo]
-    here: int = Field(description="Files that are whole.")
+    here: int = Field(
+        description="Photos that are whole and can be used; of several files of one shot one."
+    )
     bytes: int
     most_files: int = MOST_FILES
     most_bytes: int = Field(default=MOST_PHOTO_BYTES, description="Of one photo.")
@@ -221,13 +234,24 @@ def photos_of(intake: Intake, case: ShelvedCase) -> list[Photo]:
     found = received_of(intake)
     if not found and case.folder.photos.is_dir():
         given = sorted(one for one in case.folder.photos.iterdir() if one.is_file())
-        found = [Photo(name=one.name, state="here", bytes=one.stat().st_size) for one in given]
+        instead = files_not_used(given)
+        found = [
+            Photo(
+                name=one.name,
+                state="here",
+                bytes=one.stat().st_size,
+                same_shot=instead.get(one.name, ""),
+            )
+            for one in given
+        ]
     return found
 
 
 def received_of(intake: Intake) -> list[Photo]:
     """What was sent, whole or in part."""
-    found = [_photo(one) for one in intake.received()]
+    received = intake.received()
+    instead = used_instead(intake.folder, received)
+    found = [_photo(one, instead.get(one.name, "")) for one in received]
     found += [
         Photo(name=one.name, state="arriving", bytes=one.bytes, total=one.total)
         for one in intake.arriving()
@@ -238,7 +262,7 @@ def received_of(intake: Intake) -> list[Photo]:
 def photos_reply(found: list[Photo]) -> Photos:
     return Photos(
         photos=found,
-        here=sum(one.state != "arriving" for one in found),
+        here=sum(one.counts for one in found),
         bytes=sum(one.bytes for one in found),
     )
 
@@ -257,7 +281,7 @@ def _finished(intake: Intake, name: str, replace: bool) -> tuple[tuple[Received,
     return (intake.finish(name, replace=replace),)
 
 
-def _photo(received: Received) -> Photo:
+def _photo(received: Received, same_shot: str = "") -> Photo:
     return Photo(
         name=received.name,
         state="unusable" if received.problem else "here",
@@ -269,6 +293,7 @@ def _photo(received: Received) -> Photo:
         width_px=received.width_px,
         height_px=received.height_px,
         problem=FindingReply.of(received.problem) if received.problem else None,
+        same_shot=same_shot,
     )
 
 

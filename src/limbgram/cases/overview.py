@@ -15,6 +15,7 @@ from pathlib import Path
 from limbgram.cases.shelf import Held, ShelvedCase
 from limbgram.cases.uploads import photos_in
 from limbgram.cases.workspace import Workspace
+from limbgram.reconstruction.photos.shots import files_not_used
 
 _STEP_NS = 2_000_000_000
 
@@ -28,7 +29,7 @@ class Overview:
 
     held: tuple[Held, ...]
     photos: int
-    """That have arrived completely."""
+    """That are here and can be used, of several files of one shot one."""
     stale: bool
     """The last run made another surface than the one that is edited."""
 
@@ -74,7 +75,8 @@ def _read(case: ShelvedCase) -> Overview:
     photos = photos_in(case.received)
     folder = case.folder.photos
     if not photos and folder.is_dir():  # a case that was made by the command line
-        photos = sum(one.is_file() for one in folder.iterdir())
+        files = [one for one in folder.iterdir() if one.is_file()]
+        photos = len(files) - len(files_not_used(files))
     workspace = Workspace(case)
     return Overview(held=case.holdings(), photos=photos, stale=workspace.is_stale())
 

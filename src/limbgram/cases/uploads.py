@@ -17,6 +17,7 @@ import secrets
 import threading
 import time
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import IO, Self
@@ -32,6 +33,7 @@ from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.privacy import remove_video_location, without_personal_data
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from limbgram.reconstruction.photos.reading import names_apart, read_photo
+from limbgram.reconstruction.photos.shots import files_not_used
 
 MOST_PHOTO_BYTES = 300_000_000
 MOST_VIDEO_BYTES = 8_000_000_000
@@ -66,7 +68,12 @@ class Received:
     width_px: int = 0
     height_px: int = 0
     problem: Finding | None = None
-    """Why the photo cannot be used; None for a good one."""
+    """Why the photo cannot be used, or why its record cannot be read; None for a good one."""
+
+    @property
+    def usable(self) -> bool:
+        """Whether a run can use it, as far as is known."""
+        return self.problem is None or self.problem.code != "photo.unusable"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -405,12 +412,20 @@ def checked_name(name: str) -> str:
 
 
 def photos_in(folder: Path) -> int:
-    """Number of complete files, without reading their records."""
-    records = folder / ".records"
-    if not records.is_dir():
-        return 0
-    known = {one.stem for one in records.iterdir() if one.suffix == ".json"}
-    return len(known.intersection(one.name for one in folder.iterdir()))
+    """Number of photos received: complete, usable, of several files of one shot one."""
+    received = Intake(folder, b"").received()
+    return len(one_of_each(folder, received))
+
+
+def one_of_each(folder: Path, received: Sequence[Received]) -> list[Received]:
+    """The usable ones, of several files of one shot the one that a run uses."""
+    spare = used_instead(folder, received)
+    return [one for one in received if one.usable and one.name not in spare]
+
+
+def used_instead(folder: Path, received: Sequence[Received]) -> dict[str, str]:
+    """By name, usable files that no run uses, and the file of the same shot that it does use."""
+    return files_not_used([folder / one.name for one in received if one.usable])
 
 
 def is_zip(name: str) -> bool:

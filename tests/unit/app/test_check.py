@@ -193,7 +193,9 @@ def test_a_check_that_is_asked_for_as_another_ends_is_let_be(
 
     def asked(photos: int) -> live_checks.Asked:
         sources = tuple(Path(f"{k}.png") for k in range(photos))
-        return live_checks.Asked(sources=sources, calibrations=(), camera_sha256=(), board=None)
+        return live_checks.Asked(
+            sources=sources, calibrations=(), camera_sha256=(), board=None, photos=len(sources)
+        )
 
     monkeypatch.setattr(Watch, "check", check)
     first_told = threading.Event()

@@ -42,7 +42,7 @@ def test_photos_go_in_by_the_phone(
     client: TestClient, at_the_door: httpx.Client, case: str
 ) -> None:
     made = io.BytesIO()
-    Image.new("RGB", (40, 30)).save(made, "JPEG")
+    Image.new("RGB", (120, 90)).save(made, "JPEG")
     sent = at_the_door.put(f"{API}/cases/{case}/photos/a.jpg", content=made.getvalue())
     assert sent.json()["whole"]
     assert client.get(f"{API}/cases/{case}/photos").json()["here"] == 1

@@ -3,6 +3,7 @@
 import hashlib
 import io
 import os
+import shutil
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from PIL import Image
 from limbgram.app.state import AppState
 from limbgram.cases.uploads import GIVEN_UP_S, Intake
 from limbgram.core.errors import CaseError
+from limbgram.reconstruction.photos.reading import read_photos
 
 API = "/api/v1"
 
@@ -59,6 +61,45 @@ def test_the_same_photo_again_does_no_harm_and_another_is_refused(
     assert kept == hashlib.sha256(jpeg(1)).hexdigest()
     replaced = client.put(f"{photos}/IMG_1.jpg?replace=true", content=jpeg(2)).json()
     assert replaced["photos"][0]["sha256"] == hashlib.sha256(jpeg(2)).hexdigest()
+
+
+def test_two_files_of_one_shot_count_as_one_photo_as_they_do_in_a_run(
+    client: TestClient, app_state: AppState, photos: str
+) -> None:
+    """A camera that stores raw and JPEG, or a phone with a TIFF beside: two places less."""
+    for number in range(3):
+        client.put(f"{photos}/IMG_{number}.jpg", content=jpeg(number))
+    for number in range(2):
+        made = io.BytesIO()
+        Image.open(io.BytesIO(jpeg(number))).save(made, "TIFF")
+        client.put(f"{photos}/IMG_{number}.tif", content=made.getvalue())
+    listed = client.get(photos).json()
+    assert listed["here"] == 3
+    spare = {one["name"]: one["same_shot"] for one in listed["photos"] if one["same_shot"]}
+    assert spare == {"IMG_0.tif": "IMG_0.jpg", "IMG_1.tif": "IMG_1.jpg"}
+    case = photos.rpartition("/")[0]
+    assert client.get(case).json()["photos"] == 3
+    assert client.post(f"{case}/check", json={"board": None}).json()["photos"] == 3
+
+    # The run reads the same three, and so does a case that the command line made of these files.
+    folder = app_state.shelf.case(case[-7:])
+    used = read_photos([folder.received])
+    assert [one.name for one in used.photos] == ["IMG_0.jpg", "IMG_1.jpg", "IMG_2.jpg"]
+    made_elsewhere = app_state.shelf.root / "222-CKA" / "photos"
+    shutil.copytree(folder.received, made_elsewhere)
+    shutil.rmtree(made_elsewhere / ".records")
+    assert client.get(f"{API}/cases/222-CKA").json()["photos"] == 3
+    assert client.get(f"{API}/cases/222-CKA/photos").json()["here"] == 3
+
+
+def test_a_file_that_cannot_be_used_is_no_photo_that_is_here(
+    client: TestClient, photos: str
+) -> None:
+    client.put(f"{photos}/IMG_1.jpg", content=jpeg(1))
+    client.put(f"{photos}/IMG_2.jpg", content=b"no photo")
+    listed = client.get(photos).json()
+    assert (listed["here"], len(listed["photos"])) == (1, 2)
+    assert client.get(photos.rpartition("/")[0]).json()["photos"] == 1
 
 
 def test_an_upload_that_broke_goes_on_from_what_is_here(client: TestClient, photos: str) -> None:

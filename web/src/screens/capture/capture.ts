@@ -23,6 +23,8 @@ export interface Capture {
   readonly choices: Choices;
   /** Held by the server. */
   readonly here: readonly Schemas["Photo"][];
+  /** How many of them can be used; of several files of one shot one is. */
+  readonly count: number;
   /** Not held by it: on their way, or refused. */
   readonly coming: Outstanding;
   /** Whether the photos as they are now do. */
@@ -49,6 +51,7 @@ export function useCapture(openCase: OpenCase): Capture {
   const list = photos.value.value;
   const said = check.value.value;
   const here = list?.photos.filter((one) => one.state !== "arriving") ?? [];
+  const count = list?.here ?? 0;
   const coming = outstanding(openCase.id, here);
 
   const askCheck = () =>
@@ -86,7 +89,7 @@ export function useCapture(openCase: OpenCase): Capture {
     const asks = () => JSON.stringify([boardOf(openCase.id), choicesOf(openCase.id).cameras]);
     const before = asks();
     keepChoices(openCase.id, part);
-    if (here.length >= LEAST_PHOTOS && asks() !== before) askCheck();
+    if (count >= LEAST_PHOTOS && asks() !== before) askCheck();
   };
   const compute = () =>
     void act.run(async () => {
@@ -97,5 +100,21 @@ export function useCapture(openCase: OpenCase): Capture {
       go(href.step(openCase.id, "result"));
     });
 
-  return { openCase, photos, check, cameras: cameras.value.value ?? [], choices, here, coming, goes: goes(said), act, add, arrived, askCheck, choose, compute };
+  return {
+    openCase,
+    photos,
+    check,
+    cameras: cameras.value.value ?? [],
+    choices,
+    here,
+    count,
+    coming,
+    goes: goes(said),
+    act,
+    add,
+    arrived,
+    askCheck,
+    choose,
+    compute,
+  };
 }

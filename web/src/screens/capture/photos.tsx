@@ -23,21 +23,22 @@ interface PhotoProps {
 export function PhotoTile({ openCase, photo, said, number, on, onClick }: PhotoProps & { number: number; on: boolean; onClick: () => void }) {
   const film = /\.(mp4|mov|avi|mkv|webm)$/i.test(photo.name);
   const unusable = photo.state === "unusable";
+  const spare = photo.same_shot !== "";
   const bad = unusable || (said !== undefined && !said.counts);
   const first = said?.remarks[0];
-  const remark = unusable ? t("capture.unusable") : remarkWords(first);
+  const remark = unusable ? t("capture.unusable") : spare ? t("capture.spare", photo.same_shot) : remarkWords(first);
   const short = unusable ? remark : first && remarkInShort(first);
   return (
     <button
       type="button"
-      class={`ph ${bad ? "bad" : ""} ${on ? "on" : ""}`}
+      class={`ph ${bad ? "bad" : ""} ${spare ? "spare" : ""} ${on ? "on" : ""}`}
       title={[photo.name, remark].filter(Boolean).join(": ")}
       onClick={onClick}
       aria-pressed={on}
       aria-label={`${number}: ${photo.name} ${remark}`}
     >
       {film || unusable ? <Icon name="camera" /> : <img src={pictureOf(openCase.id, photo, 320)} alt="" loading="lazy" />}
-      <span>{bad && short ? `${number} ${short}` : number}</span>
+      <span>{spare ? t("capture.spare.short", number) : bad && short ? `${number} ${short}` : number}</span>
     </button>
   );
 }
@@ -78,6 +79,7 @@ export function PhotoNote({ openCase, photo, said, onGone }: PhotoProps & { onGo
         {[
           photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "",
           bytes(photo.bytes),
+          photo.same_shot ? t("capture.spare", photo.same_shot) : "",
           photo.removed.length ? t("capture.removed", photo.removed.map(headerName).join(", ")) : "",
           photo.kept.length ? t("capture.kept.one", photo.kept.map(headerName).join(", ")) : "",
         ]

@@ -33,10 +33,10 @@ const ACCEPTED = "image/*,video/*,.zip,.heic,.heif,.dng,.cr2,.cr3,.nef,.arw,.raf
 
 export function CaptureScreen({ openCase }: CaseProps) {
   const capture = useCapture(openCase);
-  const { here, coming, choices, check, goes, act } = capture;
+  const { count, coming, choices, check, goes, act } = capture;
   const few =
-    here.length < LEAST_PHOTOS
-      ? t("capture.few", here.length, LEAST_PHOTOS)
+    count < LEAST_PHOTOS
+      ? t("capture.few", count, LEAST_PHOTOS)
       : coming.onTheirWay.length
         ? t("capture.coming", coming.onTheirWay.length)
         : tapeLacks(choices)
@@ -49,7 +49,7 @@ export function CaptureScreen({ openCase }: CaseProps) {
       <Banner
         said={check.value.value}
         info={openCase.info}
-        photos={here.length}
+        photos={count}
         off={few ?? (goes || busy ? null : t("capture.not.go")) ?? (act.busy.value ? t("loading") : null)}
         onResult={seeResult}
         onCompute={busy ? seeResult : capture.compute}
@@ -123,7 +123,7 @@ function Photos({ capture }: { capture: Capture }) {
       </div>
       <Notices capture={capture} />
       {photo && <PhotoNote openCase={openCase} photo={photo} said={saidOf(photo.name)} onGone={gone} />}
-      <CaptureOptions openCase={openCase} photos={here.length} cameras={capture.cameras} choices={capture.choices} onChange={capture.choose} />
+      <CaptureOptions openCase={openCase} photos={capture.count} cameras={capture.cameras} choices={capture.choices} onChange={capture.choose} />
     </section>
   );
 }
@@ -163,13 +163,13 @@ const keptOf = ({ here }: Capture): number => here.filter((one) => one.kept.leng
 
 /** How many photos and bytes are here, of how many. */
 function Count({ capture }: { capture: Capture }) {
-  const { photos, here } = capture;
+  const { photos, count } = capture;
   const coming = capture.coming.onTheirWay;
   const held = photos.value.value?.bytes ?? null;
   const more = coming.reduce((sum, one) => sum + one.total - one.sent, 0);
   return (
     <div class="count">
-      <h2 aria-live="polite">{coming.length ? t("capture.of", here.length, here.length + coming.length) : t("capture.here", here.length)}</h2>
+      <h2 aria-live="polite">{coming.length ? t("capture.of", count, count + coming.length) : t("capture.here", count)}</h2>
       <span class="small faint">
         {held === null
           ? ""
@@ -225,7 +225,7 @@ function Coach({ capture, few, busy }: { capture: Capture; few: string | null; b
         </section>
         {answer && !goes && answer.missing.length > 0 && <HowToStand answer={answer} />}
         {answer?.coverage && <Expected coverage={answer.coverage} />}
-        <Findings said={said} onCheck={here.length >= LEAST_PHOTOS ? askCheck : null} />
+        <Findings said={said} onCheck={capture.count >= LEAST_PHOTOS ? askCheck : null} />
       </div>
       {!goes && !busy && here.length > 0 && (
         <div class="next side-by-side">
