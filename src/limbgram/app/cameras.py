@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path as FilePath
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Header, Path, Request
+from fastapi import APIRouter, Body, Header, Path, Query, Request
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
@@ -21,7 +21,7 @@ from limbgram.app.state import AppState, AppStateHere
 from limbgram.cases.cameras import Cameras, CameraState, KeptCamera
 from limbgram.cases.shelf_ids import ID_PATTERN
 from limbgram.cases.uploads import checked_name, photos_in
-from limbgram.core.errors import CaseError, LimbgramError
+from limbgram.core.errors import CaseError, LimbgramError, printable
 from limbgram.core.run import Run
 from limbgram.findings import Finding
 
@@ -161,10 +161,13 @@ def take_camera_file(
     app_state: AppStateHere,
     camera_id: CameraId,
     content: Annotated[bytes, Body(media_type="application/octet-stream", max_length=4_000_000)],
+    name: Annotated[
+        str, Query(max_length=200, description="The file's own name, by which a refusal names it.")
+    ] = "camera.json",
 ) -> CameraReply:
     """Take a camera file that `limbgram calibrate` wrote."""
     camera = _cameras(app_state).camera(camera_id)
-    camera.take_file(content)
+    camera.take_file(content, printable(name, keep=""))
     return _changed_reply(app_state, camera)
 
 

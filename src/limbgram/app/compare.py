@@ -3,6 +3,7 @@ shape of elsewhere."""
 
 import asyncio
 import secrets
+import shutil
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Annotated, Any
@@ -90,9 +91,11 @@ async def put_shape(
     if suffix not in SUFFIXES:
         raise OptionsError("compare.file.kind", name=name)
     workspace.make_folder(workspace.shapes)
-    beside, size = workspace.shapes / f".{secrets.token_hex(4)}{suffix}", 0
+    own = workspace.shapes / f".{secrets.token_hex(4)}"
+    sent, size = own / name, 0  # under its own name, by which a refusal names it
     try:
-        with beside.open("xb") as stream:
+        own.mkdir()
+        with sent.open("xb") as stream:
             async for piece in request.stream():  # of which none stays in memory
                 size += len(piece)
                 if size > _MOST_BYTES:
@@ -101,9 +104,9 @@ async def put_shape(
                     )
                 await asyncio.to_thread(stream.write, piece)
         # Others are answered meanwhile.
-        await asyncio.to_thread(_keep_shape, beside, workspace.shapes / name)
+        await asyncio.to_thread(_keep_shape, sent, workspace.shapes / name)
     finally:
-        beside.unlink(missing_ok=True)
+        shutil.rmtree(own, ignore_errors=True)
     app_state.news.tell(workspace.case.case_id, "work")
     return ShapeName(name=name, bytes=size)
 

@@ -30,7 +30,7 @@ from limbgram.core.files import write_bytes, written_whole
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding, fault, note
-from limbgram.formats.camera import read_camera
+from limbgram.formats.camera import parse_camera, read_camera
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
@@ -148,12 +148,13 @@ class KeptCamera:
             raise
         self.relabel(replace(self.label, state="ready", calibrated=utc_now(), finding=result))
 
-    def take_file(self, content: bytes) -> None:
-        """Take a camera file that was made elsewhere.
+    def take_file(self, content: bytes, name: str) -> None:
+        """Take a camera file that was made elsewhere, where it has this name.
 
         Raises:
             CaseError: it is no camera file; the lens before stays.
         """
+        parse_camera(content, Path(name))  # before it has a name here, which nobody knows
 
         def check(written: Path) -> None:
             read_camera(written)

@@ -110,6 +110,18 @@ def read_camera(path: Path | str) -> Calibration:
     """
     path = Path(path)
     content = read_content(path, _LARGEST_BYTES, CaseError, note("file.camera.how_made"))
+    return parse_camera(content, path)
+
+
+def parse_camera(content: bytes, path: Path) -> Calibration:
+    """The calibration in the content of a camera file.
+
+    Args:
+        path: By which a refusal names the file; it is not read.
+
+    Raises:
+        CaseError: it is no camera file, or a value cannot be.
+    """
     try:
         tree = json_of(content)
         record = value_of(tree, _CameraFile, strictness=TOLERANT)

@@ -83,7 +83,9 @@ def test_the_certificate_of_a_lens_goes_with_it_and_stays_where_a_file_is_refuse
 ) -> None:
     certificate = app_state.shelf.cameras / camera.rpartition("/")[2] / "certificate.png"
     certificate.write_bytes(b"of the lens before")
-    assert client.put(f"{camera}/file", content=b"no camera file").status_code == 409
+    refused = client.put(f"{camera}/file?name=IMG%201.json", content=b"no camera file")
+    assert refused.status_code == 409
+    assert refused.json()["message"].startswith("IMG 1.json is no usable camera file")
     assert client.get(f"{camera}/certificate").content == b"of the lens before"
     lens = Camera(width_px=640, height_px=480, fx=900.0, fy=900.0, cx=319.5, cy=239.5)
     covariance = np.zeros((LENS_SIZE, LENS_SIZE))

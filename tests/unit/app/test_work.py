@@ -828,6 +828,7 @@ def test_a_shape_of_elsewhere_is_read_before_it_is_kept(
     assert sent.status_code == 200
     assert client.post(f"{aligned}/compare", json={"shape": "other.ply"}).status_code == 200
     bad = client.put(f"{aligned}/shapes/bad.ply", content=b"ply of nothing")
+    assert "bad.ply" in bad.json()["message"]
     assert bad.status_code == 422
     assert [one["name"] for one in client.get(f"{aligned}/shapes").json()] == ["other.ply"]
     assert client.post(f"{aligned}/compare", json={"shape": "bad.ply"}).status_code == 404

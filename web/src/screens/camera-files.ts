@@ -2,4 +2,4 @@
 import { uploadName } from "../state/uploads";
 
 export const placeOf = (cameraId: string, file: { name: string; lastModified: number }): string =>
-  `/cameras/${cameraId}/${/\.json$/i.test(file.name) ? "file" : `photos/${encodeURIComponent(uploadName(file))}`}`;
+  `/cameras/${cameraId}/${/\.json$/i.test(file.name) ? `file?name=${encodeURIComponent(file.name)}` : `photos/${encodeURIComponent(uploadName(file))}`}`;
