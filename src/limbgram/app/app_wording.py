@@ -33,8 +33,17 @@ def plain_answers(shelf: Shelf) -> type[JSONResponse]:
 
 def finding_for_app(finding: Finding, root: Path | None = None) -> dict[str, Any]:
     """A finding as the app answers it: without folders of the server, with the app's advice."""
-    shown = finding.with_texts(lambda text: printable(without_folders(text, root)))
+    shown = _shown(finding, root)
     return {**shown.tree(), "sentence": told(shown, door="app")}
+
+
+def sentences_for_app(finding: Finding, root: Path, language: str) -> str:
+    """The same in the words of a language."""
+    return told(_shown(finding, root), language, door="app")
+
+
+def _shown(finding: Finding, root: Path | None) -> Finding:
+    return finding.with_texts(lambda text: printable(without_folders(text, root)))
 
 
 def without_folders(text: str, root: Path | None = None) -> str:

@@ -5,7 +5,7 @@ from typing import Literal
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 
-from limbgram.app.replies import PICTURE, missing
+from limbgram.app.replies import PAGE_POLICY, PICTURE, missing
 from limbgram.app.state import AppStateHere, CaseHere, WorkspaceHere
 from limbgram.cases.shape_record import shape_record_of
 from limbgram.report.html import html_of
@@ -13,13 +13,6 @@ from limbgram.report.pdf import pdf_of
 from limbgram.report.record.layout import record_report
 
 router = APIRouter(tags=["record"])
-
-PAGE_POLICY = {
-    "content-security-policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'self'; sandbox",
-    "x-frame-options": "SAMEORIGIN",
-}
-"""Of pages that the program wrote: pictures and styles lie in them, and nothing may run."""
 
 
 @router.get("/cases/{case_id}/record.pdf", response_class=Response, responses=PICTURE)

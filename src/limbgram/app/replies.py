@@ -1,15 +1,17 @@
 """Replies: a refusal of the library as an answer of the API, and what every route may answer."""
 
+import re
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from fastapi import Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
+from fastapi.responses import HTMLResponse, JSONResponse, Response
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
-from limbgram.app.app_wording import finding_for_app, without_folders
+from limbgram.app.app_wording import finding_for_app, sentences_for_app, without_folders
 from limbgram.app.unknown_names import is_unknown_name, unknown_field
 from limbgram.core.errors import (
     CaseError,
@@ -21,7 +23,7 @@ from limbgram.core.errors import (
     disk_finding,
     printable,
 )
-from limbgram.findings import Finding, Gravity, Value
+from limbgram.findings import LANGUAGES, Finding, Gravity, Value
 
 
 class FindingReply(BaseModel):
@@ -68,6 +70,15 @@ PICTURE: dict[int | str, dict[str, Any]] = {
 }
 ADDRESS_ALONE = "Of the picture that is meant: browsers keep one for each address."
 """What is said of a parameter by which only the address differs."""
+PAGE_POLICY = {
+    "content-security-policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'self'; sandbox",
+    "x-frame-options": "SAMEORIGIN",
+}
+"""Of pages that the program wrote: pictures and styles lie in them, and nothing may run."""
+_REFUSED_PAGE = """<!doctype html><html lang="{language}"><head><meta charset="utf-8">
+<title>limbgram</title><style>body {{ font: 16px/1.5 system-ui, sans-serif; margin: 32px;
+max-width: 60ch; }}</style></head><body><p>{sentences}</p></body></html>"""
 BINARY: dict[int | str, dict[str, Any]] = {
     200: {
         "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}}
@@ -95,10 +106,21 @@ def refusal(
     return JSONResponse(content.model_dump(), status_code=status)
 
 
-def answer_refusal(request: Request, error: Exception) -> JSONResponse:
-    """A refusal of the library."""
+def answer_refusal(request: Request, error: Exception) -> Response:
+    """A refusal of the library: data, and where a browser opens a page, a page that says it."""
     assert isinstance(error, LimbgramError)
+    if "text/html" in request.headers.get("accept", ""):
+        return _refused_page(request, error)
     return refused(_status(error), type(error).__name__, error.finding, _root(request))
+
+
+def _refused_page(request: Request, error: LimbgramError) -> HTMLResponse:
+    """In the language that the browser likes best of those that there are."""
+    liked = re.findall(r"(?:^|,)\s*([a-z]{2})", request.headers.get("accept-language", ""))
+    language = next((one for like in liked for one in LANGUAGES if one == like), LANGUAGES[0])
+    said = escape(sentences_for_app(error.finding, _root(request), language))
+    page = _REFUSED_PAGE.format(language=language, sentences=said)
+    return HTMLResponse(page, status_code=_status(error), headers=PAGE_POLICY)
 
 
 def answer_http(_request: Request, error: Exception) -> JSONResponse:

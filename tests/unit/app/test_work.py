@@ -9,6 +9,7 @@ import threading
 import time
 import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
+from html import unescape
 from pathlib import Path
 from typing import Any, cast
 
@@ -835,3 +836,21 @@ def test_a_shape_of_elsewhere_is_read_before_it_is_kept(
     assert client.delete(f"{aligned}/shapes/bad.ply").status_code == 404
     assert client.delete(f"{aligned}/shapes/other.ply").status_code == 204
     assert client.get(f"{aligned}/shapes").json() == []
+
+
+def test_what_a_browser_opens_as_a_page_is_refused_as_one_that_may_stand_in_the_app(
+    client: TestClient,
+) -> None:
+    """The step Record shows its sheet in a frame, and its link opens the PDF in a tab."""
+    case = f"{API}/cases/{client.post(f'{API}/cases', json={}).json()['id']}"
+    browser = {"accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
+    for path in ("record.html", "record.pdf", "report/report"):
+        refused = client.get(f"{case}/{path}", headers=browser)
+        assert refused.status_code in (404, 409, 422)
+        assert refused.headers["content-type"].startswith("text/html")
+        assert "frame-ancestors 'self'" in refused.headers["content-security-policy"]
+        assert client.get(f"{case}/{path}").json()["message"] in unescape(refused.text)
+    german = {**browser, "accept-language": "de-AT,de;q=0.9,en;q=0.8"}
+    told = client.get(f"{case}/report/report", headers=german).text
+    assert '<html lang="de">' in told
+    assert "Es gibt noch keinen Bericht" in told
