@@ -66,6 +66,38 @@ window.fetch = async (input, init) => {
 first one never; no act leaves the page at all, as before a reload; nothing that it asks for; or the
 limb after all else."""
 
+OUT_OF_PLACE = """() => {
+  const box = (one) => one.getBoundingClientRect();
+  const shown = (one) => box(one).width > 0 && !one.closest(".unseen");
+  const name = (one) => (one.textContent || one.ariaLabel || one.className).trim();
+  const out = [];
+  for (const one of [...document.querySelectorAll(".pane *, #content *")].filter(shown)) {
+    if (one.matches(".btn, .seg, th, td, .field")) {
+      const holds = one.closest("section, .next, .acts, .camera-card");
+      const pad = holds && getComputedStyle(holds);
+      const edge = holds && box(holds).right - parseFloat(pad.paddingRight);
+      if (holds && box(one).right > edge + 1) out.push(name(one));
+    }
+    if (one.matches(".btn, .field") && one.scrollWidth > one.clientWidth + 1) out.push(name(one));
+  }
+  const steps = [...document.querySelectorAll(".rail a")].filter(shown).map((one) => {
+    const words = document.createRange();
+    words.selectNodeContents(one);
+    return [name(one), words.getBoundingClientRect()];
+  });
+  const rail = box(document.querySelector(".rail"));
+  for (const [words, at] of steps) {
+    if (rail.height > rail.width && (at.left < rail.left || at.right > rail.right)) out.push(words);
+    for (const [other, there] of steps) {
+      const apart = at.right <= there.left || there.right <= at.left;
+      if (words !== other && !apart && at.top < there.bottom && there.top < at.bottom)
+        out.push(`${words} on ${other}`);
+    }
+  }
+  return out;
+}"""
+"""Words of controls that are cut, lie beyond the padding of what holds them, or on each other."""
+
 
 @dataclass(frozen=True)
 class App:
@@ -260,6 +292,22 @@ def test_pages_of_other_sizes_and_dark_ones_too(
         wider = "document.documentElement.scrollWidth - innerWidth"
         assert other.page.evaluate(wider) <= 0, "the page is wider than its window"
         opened_panels(other)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1200, 750), (820, 1180), (390, 844)])
+def test_german_words_fit_their_places(app: App, width: int, height: int) -> None:
+    """They are the longest: nothing lies beyond what holds it, and no step on another one."""
+    with another_window(app, width, height, "light") as other:
+        other.page.add_init_script("localStorage.setItem('limbgram.language', 'de')")
+        for place in PLACES:
+            other.page.goto(f"{app.origin}/#/{place}")
+            other.page.locator("#content h1, #content h2").first.wait_for()
+            assert other.page.evaluate(OUT_OF_PLACE) == [], place
+        for step in STEPS:
+            other.page.goto(f"{app.origin}/#/case/{computed(app)}/{step}")
+            other.page.locator(f'.rail [aria-current][href$="/{step}"]').wait_for()
+            other.page.wait_for_timeout(1500)
+            assert other.page.evaluate(OUT_OF_PLACE) == [], step
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,8 @@ class Drawn extends EventTarget {
 
 let page: EventTarget;
 let flag: Drawn;
+let ruler: Drawn;
+let before: string | undefined;
 let told: [number, boolean][];
 
 beforeEach(() => {
@@ -43,7 +45,10 @@ beforeEach(() => {
     span: [0, 300],
     onLevel: (height_mm: number, done: boolean) => void told.push([height_mm, done]),
   };
-  new Ruler(shown as never, new Drawn() as never).draw({ left: 400, right: 600, top: 100, bottom: 400 });
+  const ruled = new Ruler(shown as never, new Drawn() as never);
+  ruler = made.find((one) => one.set.get("class") === "ruler")!;
+  before = ruler.set.get("visibility");
+  ruled.draw({ left: 400, right: 600, top: 100, bottom: 400 });
   flag = made.find((one) => one.set.get("role") === "slider")!;
 });
 
@@ -86,4 +91,9 @@ test("arrow keys move the flag by a millimetre, with shift by ten", () => {
     [101, true],
     [90, true],
   ]);
+});
+
+test("until there is a limb to measure, nothing of the ruler is seen", () => {
+  expect(before).toBe("hidden");
+  expect(ruler.set.get("visibility")).toBe("visible");
 });

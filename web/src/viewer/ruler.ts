@@ -28,7 +28,7 @@ export class Ruler {
     private readonly shown: Ruled,
     private readonly svg: SVGSVGElement,
   ) {
-    this.ruler = el("g", { class: "ruler" }, svg);
+    this.ruler = el("g", { class: "ruler", visibility: "hidden" }, svg); // until there is something to measure
     this.ticks = el("g", {}, this.ruler);
     this.thread = el("line", { class: "thread" }, this.ruler);
     this.flag = el("g", { class: "flag", role: "slider", tabindex: 0 }, this.ruler);
