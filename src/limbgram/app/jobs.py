@@ -57,14 +57,20 @@ class JobOptions(Shaping):
     """Girths taped on the limb."""
 
     def known(self) -> Known:
-        """What is known of lengths."""
-        return Known(
+        """What is known of lengths.
+
+        Raises:
+            OptionsError: nothing would set the scale, and nobody said that none is wanted.
+        """
+        known = Known(
             board=None if self.board is None else self.board.board(),
             distances=self.distances,
             tapes=tuple(
                 TapedGirth(girth_mm=one.girth_mm, height_mm=one.height_mm) for one in self.tapes
             ),
         )
+        known.require_size(unscaled=self.unscaled)
+        return known
 
 
 class JobReply(BaseModel):

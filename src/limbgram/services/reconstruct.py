@@ -74,6 +74,15 @@ class Known:
     plates: tuple[MarkPlate, ...] = ()
     """Scale bars, mats and rings in the scene."""
 
+    def require_size(self, *, unscaled: bool) -> None:
+        """Refuse what would end without millimetres, unless that is asked for.
+
+        Raises:
+            OptionsError: nothing would set the scale.
+        """
+        if not (self.board or self.distances or self.plates or unscaled):
+            raise OptionsError("options.no_size")
+
 
 @dataclass(frozen=True, kw_only=True)
 class ReconstructRequest(Shaping):
@@ -101,18 +110,18 @@ class ReconstructRequest(Shaping):
         Raises:
             OptionsError: one of them is none, or nothing would set the scale.
         """
-        return Known(
+        known = Known(
             board=self._board(),
             distances=tuple(one for file in self.known_distances for one in read_distances(file)),
             tapes=tuple(parse_tape(text) for text in self.tapes),
             plates=tuple(plate for file in self.marks for plate in plates_of(file)),
         )
+        known.require_size(unscaled=self.unscaled)
+        return known
 
     def _board(self) -> Board | None:
         """None: told so, or another answer to the scale was given."""
         answered = bool(self.known_distances or self.marks or self.unscaled)
-        if self.board == NO_BOARD and not answered:
-            raise OptionsError("options.no_size")
         if self.board == NO_BOARD or (self.board is None and answered):
             return None
         return parse_board(self.board or DEFAULT_BOARD)

@@ -47,6 +47,15 @@ def test_what_the_app_says_names_no_command_and_no_option(language: str) -> None
     assert not naming
 
 
+@pytest.mark.parametrize("code", ["photo.too_few", "case.no_photos"])
+def test_who_has_too_few_photos_in_the_app_is_asked_for_photos_and_for_no_folder(code: str) -> None:
+    for language, folder in (("en", "folder"), ("de", "Ordner")):
+        words = all_words(language)[code]
+        assert folder in words.advice("command")
+        assert folder not in words.advice("app")
+        assert "JPEG" in words.advice("app")
+
+
 def test_answers_name_no_folder_of_the_server_and_leave_what_people_wrote(
     client: TestClient, app_state: AppState
 ) -> None:

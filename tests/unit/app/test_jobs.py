@@ -512,6 +512,17 @@ def test_a_refusal_is_told_word_by_word(client: TestClient, app_state: AppState,
     assert client.get(case).json()["state"] == "refused"
 
 
+def test_a_run_that_would_end_without_a_size_is_refused_before_it_begins(
+    client: TestClient, case: str
+) -> None:
+    """As the command line refuses it; else all is computed, and then no file is written."""
+    refused = client.post(f"{case}/job", json={"board": None})
+    assert refused.status_code == 422
+    assert refused.json()["finding"]["code"] == "options.no_size"
+    assert "--" not in refused.json()["message"]
+    assert client.get(f"{case}/job").json()["state"] == "none"
+
+
 def test_nothing_to_do_is_refused(client: TestClient) -> None:
     case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
     assert client.get(f"{case}/job").json()["state"] == "none"
