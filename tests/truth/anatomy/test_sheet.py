@@ -442,6 +442,16 @@ def test_an_asymmetry_that_is_none_errs_as_much_as_any_other() -> None:
     assert ((off > 0.5) & (off < 1.6)).all()
 
 
+@pytest.mark.parametrize("name", ["baby", "adult_female"])
+def test_a_heads_circumference_errs_as_its_landmarks_are_placed(
+    head_of: MakeLimb, name: str
+) -> None:
+    """By its slopes alone the woman's erred by 2.9 of its sigmas, and the baby's, whose level just
+    misses the ears, by 12."""
+    off = spread(head_of(name, sigma_mm=0.01), ("circumference_mm", "length_mm", "width_mm"), 12)
+    assert ((off > 0.3) & (off < 1.7)).all()
+
+
 def test_a_depth_between_places_that_stand_out_alike_errs_with_the_plane(
     trunk_of: MakeLimb,
 ) -> None:

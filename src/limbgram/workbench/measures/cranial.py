@@ -39,6 +39,7 @@ from limbgram.workbench.measures.levels import (
 )
 from limbgram.workbench.measures.propagation import (
     PLACE_STEP_MM,
+    PLACING_SHARE,
     Propagated,
     Subject,
     kinked_slopes,
@@ -80,6 +81,7 @@ def _figures(subject: Subject) -> Mapping[str, Propagated]:
     names = tuple(here)
     values = np.array([value for value, _ in here.values()])
     found: dict[str, dict[str, Vector3]] = {name: {} for name in names}
+    placed: dict[str, dict[str, float]] = {name: {} for name in names}
     for place in ("sellion", "right tragion", "left tragion"):
         rows = [
             kinked_slopes(
@@ -92,6 +94,10 @@ def _figures(subject: Subject) -> Mapping[str, Propagated]:
         ]
         for name, slope in zip(names, np.stack(rows).T, strict=True):
             found[name][place] = slope
+        for name, variance in zip(
+            names, _placing_variances(subject, place, values, whole), strict=False
+        ):
+            placed[name][place] = variance
     turned, level = _measuring_level(subject.sigmas, *_frame(subject.anatomy))
     measures = _level_measures(level)
     beyond = {name: turned.extremity_variance(level, one.reaches) for name, one in measures.items()}
@@ -102,6 +108,7 @@ def _figures(subject: Subject) -> Mapping[str, Propagated]:
             value=value,
             by_vertex=gradient + by_top.get(name, 0.0),
             by_place=found[name],
+            placing_variances=placed[name],
             lost=lost.get(name, (0.0, 0.0)),
             extra_variance=beyond.get(name, 0.0),
         )
@@ -135,6 +142,25 @@ def require_closed_above(subject: Subject) -> None:
     height_mm = _open_height_mm(subject)
     if height_mm is not None:
         raise MeasureError("measure.sheet.open_above", height_mm=height_mm)
+
+
+def _placing_variances(
+    subject: Subject, place: str, values: Float64[np.ndarray, " k"], whole: bool
+) -> list[float]:
+    """What placing a landmark adds to the variance of each figure; none where the measuring level
+    leaves the surface on the way.
+
+    Slopes do not tell: a level a few millimetres higher or lower may cut an ear, or a head's
+    widest part, at which they are nothing.
+    """
+    try:
+        changes = [
+            _values_with_moved_landmark(subject, place, step, whole) - values
+            for step in subject.placing_steps(place)
+        ]
+    except MeasureError:
+        return []
+    return (PLACING_SHARE * np.square(changes).sum(0)).tolist()
 
 
 def _values_with_moved_landmark(

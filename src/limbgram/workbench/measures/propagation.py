@@ -14,7 +14,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Vector3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, plane_basis
 from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.anatomy.directions import Anatomy
@@ -31,6 +31,9 @@ LEAN_STEP = 1e-4
 PLACE_STEP_MM = 0.5
 """Step of landmarks for finite differences: above facet roughness, below a limb's curvature."""
 TILT_STEP_RAD = 0.01
+_PLACING_REACH = math.sqrt(3.0)
+PLACING_SHARE = 1 / 6
+"""Of the squared changes at both ends of that many standard deviations."""
 Slopes = Mapping[str, Float64[np.ndarray, "3 k"]]
 Measure = Callable[[Level], Measured]
 
@@ -44,6 +47,9 @@ class Propagated:
     """Change for a millimetre of each vertex along its normal, with fixed landmarks."""
     by_place: Mapping[str, Vector3] = field(default_factory=dict[str, Vector3])
     """Change for a millimetre of each landmark in each direction."""
+    placing_variances: Mapping[str, float] = field(default_factory=dict[str, float])
+    """By landmark, what its placing adds, where the figure was followed as far as that reaches
+    (`Subject.placing_steps`); of the others it follows from `by_place`."""
     lost: tuple[float, float] = (0.0, 0.0)
     """Length to be added for fine relief that the surface lost, and its sigma."""
     extra_variance: float = 0.0
@@ -101,8 +107,12 @@ class Subject:
 
     def figure(self, propagated: Propagated) -> tuple[Figure, float | None]:
         """The figure with its sigma, and the placing's part of that."""
+        followed = propagated.placing_variances
         placing = math.sqrt(
-            sum(self._placing_variance(name, g) for name, g in propagated.by_place.items())
+            sum(
+                followed[name] if name in followed else self._placing_variance(name, g)
+                for name, g in propagated.by_place.items()
+            )
         )
         value = propagated.value + propagated.lost[0]
         if self.sigmas.mesh.sigma_mm is None:
@@ -124,6 +134,15 @@ class Subject:
         normal = self.normals[name]
         along = gradient - normal * (gradient @ normal)
         return float(along @ along) * self.placing_mm[name] ** 2
+
+    def placing_steps(self, name: str) -> Float64[np.ndarray, "4 3"]:
+        """Steps of a landmark along the surface, to both sides in two directions, after which a
+        figure changes by d: the sum of d squared over six is the variance that placing adds.
+
+        Gauss and Hermite's three places: exact up to fifth powers, where slopes are so for lines.
+        """
+        ways = _PLACING_REACH * self.placing_mm[name] * plane_basis(self.normals[name])
+        return np.concatenate([ways, -ways])
 
     def moved(self, name: str, step: Vector3) -> Anatomy:
         """The anatomy with one landmark moved by a step."""
