@@ -24,6 +24,7 @@ from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     Cameras,
     cameras_for,
+    contradicting_exif,
     of_one_file,
     without_files,
 )
@@ -534,11 +535,19 @@ def with_files_that_fit(
 
     A file of another focal length bends the scene, and all sigmas that rest on it are too small.
     It is left out for photos of every size: few of one size may not contradict it by themselves.
+    Bent far enough, photos of one scene look like those of two poses: where nothing is placed, and
+    the headers contradict a file too, the file is told, and not what seems to follow from it.
 
     Raises:
         PlacementError: `place` raised it, or without that file the photos cannot be placed.
     """
-    placed = place(cameras)
+    try:
+        placed = place(cameras)
+    except PlacementError as refusal:
+        doubt = contradicting_exif(photos, cameras)
+        if doubt is None or refusal.finding.code == "placing.because":  # it tells the cause itself
+            raise
+        raise PlacementError.of(doubt) from refusal
     facts = files_contradicted(placed.placing.scene)
     if not facts or placed.placing.lenses is not None:  # with the file the photos told of a zoom
         return placed

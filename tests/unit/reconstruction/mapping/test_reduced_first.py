@@ -277,6 +277,27 @@ def test_photos_that_only_a_wrong_camera_file_places_are_refused_with_both_focal
     assert refusal.value.finding.values["shown_px"] == pytest.approx(1940.0)
 
 
+TWICE = Exif(focal_35mm=96.0)
+"""Of twice the focal length, in pixels, that the file tells."""
+
+
+@pytest.mark.parametrize(("exif", "told"), [(TWICE, "lens.foreign"), (Exif(), "placing.none")])
+def test_photos_that_cannot_be_placed_tell_of_a_camera_file_that_their_headers_contradict(
+    exif: Exif, told: str
+) -> None:
+    """A file of half the focal length let one walk round look like a limb that was turned over."""
+    lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
+    given = Calibration(camera=lens, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board")
+    group = CameraGroup(label="", width_px=1500, height_px=1000, exif=exif)
+
+    def place(_: Cameras) -> PlacedPhotos:
+        raise PlacementError("placing.none")
+
+    with pytest.raises(PlacementError) as refusal:
+        with_files_that_fit(replace(photos(), cameras=(group,)), Cameras((given,)), place, Run())
+    assert refusal.value.finding.code == told
+
+
 def test_sparse_paint_asks_for_the_full_size_at_once(ring: Scene) -> None:
     placing, called = placed(ring, detect=showing(1500))
     assert called == ["detect", "find_still", *FULL_SIZE]
