@@ -70,8 +70,8 @@ def read_camera_fit(
 ) -> CameraFit:
     """Whether the photos that are here can be of these cameras; asked before the run."""
     sources = [case.received / one.name for one in app_state.intake(case).received()]
-    if not sources and case.folder.photos.is_dir():
-        sources = sorted(case.folder.photos.iterdir())
+    if case.photos_given is not None:
+        sources = sorted(case.photos_given.iterdir())
     doubt = camera_doubt(sources, [read_camera(one) for one in camera_files(app_state, camera)])
     return CameraFit(fits=doubt is None, why=None if doubt is None else FindingReply.of(doubt))
 

@@ -151,8 +151,8 @@ def ask_check(app_state: AppStateHere, case: CaseHere, given: AskCheck) -> Check
     # also those that cannot be used: whoever reads them says why
     received = app_state.intake(case).received()
     sources = tuple(case.received / one.name for one in received)
-    if not sources and case.folder.photos.is_dir():
-        sources = (case.folder.photos,)
+    if case.photos_given is not None:
+        sources = (case.photos_given,)
     spare = used_instead(case.received, received)
     cameras = camera_files(app_state, given.cameras)
     app_state.live_checks.ask(

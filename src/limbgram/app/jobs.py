@@ -119,8 +119,8 @@ def start_job(app_state: AppStateHere, case: CaseHere, given: JobOptions) -> Job
     It is queued while as many runs of other cases work as are allowed at a time.
     """
     received = app_state.intake(case).received()
-    folder = case.received if received else case.folder.photos
-    if not folder.is_dir():
+    folder = case.received if received else case.photos_given
+    if folder is None:
         raise CaseError("app.no_photos_yet")
     if not case.label_file.exists():  # a folder that the shelf lists becomes a case by its run
         case.relabel(case.unlabelled)

@@ -29,7 +29,7 @@ from limbgram.cases.uploads import (
     limit_of,
     used_instead,
 )
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import CaseError, OptionsError
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture, to_look_at
 from limbgram.reconstruction.photos.shots import files_not_used
 
@@ -133,6 +133,7 @@ async def put_photo(
     film only the place goes. If the line breaks, ask for the list: it says how many bytes are here;
     go on from there with Content-Range. 409: another upload of the name comes in.
     """
+    _require_received(case)
     return await receive(
         app_state.intake(case),
         name,
@@ -147,6 +148,7 @@ async def put_photo(
 @router.delete("/cases/{case_id}/photos/{name}", status_code=204)
 def delete_photo(app_state: AppStateHere, case: CaseHere, name: NameHere) -> None:
     """Take a photo out of the case."""
+    _require_received(case)
     if not app_state.intake(case).remove(checked_name(name)):
         raise missing("app.no_photo")
     app_state.news.tell(case.case_id, "photos")
@@ -232,8 +234,8 @@ async def receive(
 def photos_of(intake: Intake, case: ShelvedCase) -> list[Photo]:
     """What was sent, and the photos of a case that was made by the command line."""
     found = received_of(intake)
-    if not found and case.folder.photos.is_dir():
-        given = sorted(one for one in case.folder.photos.iterdir() if one.is_file())
+    if case.photos_given is not None:
+        given = sorted(one for one in case.photos_given.iterdir() if one.is_file())
         instead = files_not_used(given)
         found = [
             Photo(
@@ -273,6 +275,17 @@ def photo_file(case: ShelvedCase, name: str) -> FilePath:
         if (folder / name).is_file():
             return folder / name
     raise missing("app.no_photo")
+
+
+def _require_received(case: ShelvedCase) -> None:
+    """Refuse to change photos that the app did not receive: one more would hide all of them, and a
+    run would set them aside.
+
+    Raises:
+        CaseError: they were given on the command line.
+    """
+    if case.photos_given is not None:
+        raise CaseError("case.upload.given")
 
 
 def _finished(intake: Intake, name: str, replace: bool) -> tuple[tuple[Received, bool], ...]:

@@ -73,9 +73,8 @@ class Overviews:
 
 def _read(case: ShelvedCase) -> Overview:
     photos = photos_in(case.received)
-    folder = case.folder.photos
-    if not photos and folder.is_dir():  # a case that was made by the command line
-        files = [one for one in folder.iterdir() if one.is_file()]
+    if case.photos_given is not None:
+        files = [one for one in case.photos_given.iterdir() if one.is_file()]
         photos = len(files) - len(files_not_used(files))
     workspace = Workspace(case)
     return Overview(held=case.holdings(), photos=photos, stale=workspace.is_stale())

@@ -95,6 +95,13 @@ class ShelvedCase:
         return self.folder.root / "received"
 
     @property
+    def photos_given(self) -> Path | None:
+        """Folder of the photos of a case that the command line made; None where the app receives
+        them, and CASE/photos holds no more than the copies of a run."""
+        given = self.folder.photos
+        return given if given.is_dir() and not self.received.is_dir() else None
+
+    @property
     def work(self) -> Path:
         return self.folder.root / "work"
 

@@ -366,3 +366,34 @@ def test_a_photo_of_12_bits_is_shown_as_bright_as_it_is(
     picture = client.get(f"{photos}/deep.png/picture?width=320").content
     shown = np.asarray(Image.open(io.BytesIO(picture)).convert("L")).astype(int)
     assert np.abs(shown[120] - np.linspace(0, 255, 320)).max() < 6
+
+
+def test_photos_that_the_command_line_was_given_are_neither_hidden_nor_taken_out(
+    client: TestClient, app_state: AppState
+) -> None:
+    """One that was sent hid the others, and the next run set them aside."""
+    given = app_state.shelf.root / "222-CKA" / "photos"
+    given.mkdir(parents=True)
+    for number in range(3):
+        (given / f"IMG_{number}.jpg").write_bytes(jpeg(number))
+    case = f"{API}/cases/222-CKA"
+    sent = client.put(f"{case}/photos/IMG_7.jpg", content=jpeg(7))
+    taken_out = client.delete(f"{case}/photos/IMG_1.jpg")
+    for refused in (sent, taken_out):
+        assert refused.status_code == 409
+        assert refused.json()["finding"]["code"] == "case.upload.given"
+    assert client.get(f"{case}/photos").json()["here"] == client.get(case).json()["photos"] == 3
+
+
+def test_photos_that_were_taken_out_do_not_come_back_from_the_copies_of_a_run(
+    client: TestClient, app_state: AppState, photos: str
+) -> None:
+    case = photos.rpartition("/")[0]
+    client.put(f"{photos}/IMG_1.jpg", content=jpeg(1))
+    copies = app_state.shelf.case(case[-7:]).folder.photos
+    copies.mkdir()
+    (copies / "IMG_1.jpg").write_bytes(jpeg(1))
+    assert client.delete(f"{photos}/IMG_1.jpg").status_code == 204
+    assert client.get(photos).json()["photos"] == []
+    assert client.get(case).json()["photos"] == 0
+    assert client.post(f"{case}/job", json={}).json()["finding"]["code"] == "app.no_photos_yet"
