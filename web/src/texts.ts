@@ -413,7 +413,7 @@ const TEXTS = {
     "Mehr als 5 % daneben. Mit 100 % drucken (tatsächliche Größe, nicht angepasst), oder neu messen.",
   ],
   "options.tape": ["I taped one girth, to check the size", "Ein Umfang wurde mit dem Band gemessen, um die Größe zu prüfen"],
-  "options.tape.height": ["Height above the table", "Höhe über dem Tisch"],
+  "options.tape.height": ["Height above board or table", "Höhe über Brett oder Tisch"],
   "options.tape.girth": ["The tape read", "Das Band zeigte"],
   "options.tape.how": [
     "Tape over the sock that is photographed; the height is that of the tape's middle. It is the only check of the size that does not rest on the print of the board.",

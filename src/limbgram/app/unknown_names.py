@@ -10,8 +10,8 @@ from typing import Any
 from fastapi import Request
 
 from limbgram.core.errors import OptionsError
+from limbgram.core.known_words import likeliest
 from limbgram.findings import Finding, fault
-from limbgram.workbench.limb import likeliest
 
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 """What pydantic calls a name that a model or a dataclass does not have."""
