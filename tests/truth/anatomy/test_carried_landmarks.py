@@ -213,5 +213,5 @@ def test_the_record_s_sheet_names_what_each_figure_goes_by_unconfirmed(marked: L
     (section,) = (one for one in report.sections if one.title == "Measuring sheet")
     (table,) = (one for one in section.blocks if isinstance(one, Table))
     said = {row[0]: row[-1] for row in table.rows}
-    assert said["Height of the navicular"] == "navicular"
+    assert said["Height of the navicular"] == "navicular (not confirmed)"
     assert said["Height of the lateral malleolus"] == ""
