@@ -237,8 +237,8 @@ def _side_by_edges(
     Args:
         share: What it should be.
     """
-    unit = np.float32(0.5 + 0.5 * _MARKER_CORNERS)
-    to_px = np.asarray(cv2.getPerspectiveTransform(unit, np.float32(square_px)))
+    unit = (0.5 + 0.5 * _MARKER_CORNERS).astype(np.float32)
+    to_px = np.asarray(cv2.getPerspectiveTransform(unit, square_px.astype(np.float32)))
     expected = 0.5 + 0.5 * share * _MARKER_CORNERS
     fit = fit_square(light, cv2.perspectiveTransform(expected[None], to_px)[0], code)
     if fit is None or fit.misfit > _MAX_MISFIT:
