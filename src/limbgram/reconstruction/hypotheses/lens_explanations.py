@@ -89,10 +89,7 @@ def lens_explanations(
         every = estimate_spread(free, USUAL_SPREAD, MAX_SPREAD, least=MIN_SPREAD * USUAL_SPREAD)
         freed = [deviation_slice(kind) for kind in scene.own.deviations]
         most = np.where(_mask(*freed), MAX_SPREAD, USUAL_SPREAD)
-        beyond = {
-            kind: _beyond_usual(free, most, numbers)
-            for kind, numbers in zip(scene.own.deviations, freed, strict=True)
-        }
+        beyond = _beyond_usual(free, scene.own.deviations, most)
         calibrated = all(one.source == "board" for one in priors)
         for kind in scene.own.deviations:
             to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
@@ -100,9 +97,9 @@ def lens_explanations(
                 to_effect = [_displacement_on_limb(scene, k, kind, limb) for k in scene.placed]
                 least = floor
             one = _deviation_term(
-                equations, free, every, kind, to_effect, least, calibrated, beyond[kind]
+                equations, free, every, kind, to_effect, least, calibrated, kind in beyond
             )
-            if one is not None and kind != _ROLLING and beyond.get(_ROLLING, False):
+            if one is not None and kind != _ROLLING and _ROLLING in beyond:
                 one = replace(one, failed=("lens", *one.failed))
             found.append(one)
     shown = (one for one in found if one is not None and one.chance <= SIGNIFICANCE_LEVEL)
@@ -171,11 +168,6 @@ def _deviation_term(
         "lenses of photos": _is_significant_beside(free, numbers, size, wider),
     }
     shown = tuple(photo for photo, one in zip(equations.photos, effects) if one.low >= floor)
-    remaining = equations.beside_random(
-        np.where(_mask(numbers), MIN_SPREAD * USUAL_SPREAD, every.spread)
-    )
-    columns = np.kron(np.eye(photos), np.eye(DEVIATION_SIZE)[:, numbers])
-    alone = ScoreTest.of(remaining.restricted_to(columns))
     return Explanation(
         bodies="lenses",
         kind=kind,
@@ -186,25 +178,41 @@ def _deviation_term(
         effect=largest.size,
         low=largest.low,
         high=largest.high,
-        variance_before=alone.variance_factor,
+        variance_before=_variance_without(equations, every, numbers),
         variance_after=1.0,
         failed=tuple(rule for rule, passes in passed.items() if not passes),
         floor=floor,
     )
 
 
-def _beyond_usual(free: NormalEquations, most: Float64[np.ndarray, "9"], numbers: slice) -> bool:
-    """Whether the spread of a kind is significantly larger than the usual one.
+def _variance_without(equations: LensEquations, every: SpreadEstimate, numbers: slice) -> float:
+    """Variance factor of a kind's parameters beside the others of this spread, and itself none."""
+    remaining = equations.beside_random(
+        np.where(_mask(numbers), MIN_SPREAD * USUAL_SPREAD, every.spread)
+    )
+    columns = np.kron(np.eye(len(equations.photos)), np.eye(DEVIATION_SIZE)[:, numbers])
+    return ScoreTest.of(remaining.restricted_to(columns)).variance_factor
+
+
+def _beyond_usual(
+    free: NormalEquations, kinds: Sequence[Deviation], most: Float64[np.ndarray, "9"]
+) -> set[Deviation]:
+    """The kinds whose spread is significantly larger than the usual one.
 
     Args:
-        most: Upper bound of each spread beside it.
+        most: Upper bound of each spread.
     """
-    usual, least = np.where(_mask(numbers), USUAL_SPREAD, most), MIN_SPREAD * USUAL_SPREAD
-    free_kind, usual_kind = (
-        estimate_spread(free, USUAL_SPREAD, bound, least=least) for bound in (most, usual)
-    )
-    ratio = free_kind.likelihood_ratio - usual_kind.likelihood_ratio
-    return chi_square_tail(ratio, numbers.stop - numbers.start) <= SIGNIFICANCE_LEVEL
+    least = MIN_SPREAD * USUAL_SPREAD
+    every = estimate_spread(free, USUAL_SPREAD, most, least=least)
+    beyond: set[Deviation] = set()
+    for kind in kinds:
+        numbers = deviation_slice(kind)
+        bound = np.where(_mask(numbers), USUAL_SPREAD, most)
+        usual = estimate_spread(free, USUAL_SPREAD, bound, least=least)
+        ratio = every.likelihood_ratio - usual.likelihood_ratio
+        if chi_square_tail(ratio, numbers.stop - numbers.start) <= SIGNIFICANCE_LEVEL:
+            beyond.add(kind)
+    return beyond
 
 
 def _mask(*numbers: slice) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import Literal, Self
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, Int32, UInt8
+from jaxtyping import Bool, Float64, Int32, UInt8
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.known_words import require_known_words
@@ -114,6 +114,12 @@ class Board:
         return self.legacy and self.rows % 2 == 0
 
     @property
+    def white_squares(self) -> Bool[np.ndarray, "rows columns"]:
+        """Which squares are white; those of a ChArUco board hold markers."""
+        columns, rows = self.squares
+        return (np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1) != self.marker_first
+
+    @property
     def has_quarter_turns(self) -> bool:
         """Whether corners cannot tell x from y: a checkerboard with as many rows as columns."""
         return self.kind == "checkerboard" and self.columns == self.rows
@@ -128,7 +134,7 @@ class Board:
     def cells(self) -> UInt8[np.ndarray, "rows columns cell cell"]:
         """The pattern: 1 white, 0 black, by square and by cell of the marker in the square."""
         columns, rows = self.squares
-        white = (np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1) != self.marker_first
+        white = self.white_squares
         if self.kind == "checkerboard":
             cells = np.zeros((rows, columns, _CELLS_ACROSS, _CELLS_ACROSS), np.uint8)
             cells[white] = 1

@@ -208,7 +208,7 @@ def ratio_by_edges(luma: GreyImage, shown: PhotoCorners, given: Board) -> float 
         [corners_px[:-1, :-1], corners_px[:-1, 1:], corners_px[1:, 1:], corners_px[1:, :-1]], axis=2
     )
     codes = given.cells()[1:-1, 1:-1]
-    white = (np.indices(squares_px.shape[:2]).sum(axis=0) % 2 == 1) != given.marker_first
+    white = given.white_squares[1:-1, 1:-1]
     stated = given.marker_mm / given.square_mm
     black = np.zeros((int(np.ceil(2.0 / (1.0 - stated))),) * 2, np.uint8)  # a cell is all white
     marker_sides: list[float] = []
